@@ -148,3 +148,42 @@ def test_one_column_of_the_poses_of_a_target(tmp_path):
     assert status == 3
     options = [r["numbers"].get("option", "") for r in told["verdict"]["remarks"]]
     assert "change the sign of ry in the file of the target's poses" in options, options
+
+
+# obeys: hand-eye-few-views
+# obeys: hand-eye-not-explained
+# obeys: hand-eye-not-converged
+def test_what_every_identification_says_is_said_by_what_this_verb_has(tmp_path):
+    """Few views, poses of another cell, and a lens that is looked for beside them: advice names options of this verb alone (held by
+    `robocal` of the tests), and obeyed the camera is there."""
+    made = world(11, count=12, inhand=False)
+    other = world(111, count=12, inhand=False).told
+    mixed = np.array(made.told)
+    mixed[:5] = other[:5]
+    few = ["--exclude", ",".join(f"v{i}" for i in range(5, 13))]
+    for told, more, code, after in (
+        (made.told, few, "hand-eye-few-views", []),
+        (mixed, [], "hand-eye-not-explained", ["--exclude", "v1,v2,v3,v4,v5"]),
+    ):
+        words = cell(tmp_path, made, told)
+        said, status = hand_eye(*words, *more)
+        assert status == 3 and code in codes(said), said["verdict"]
+        said, status = hand_eye(*words, *after)
+        assert status == 0 and code not in codes(said), said["verdict"]
+    said, status = hand_eye(*cell(tmp_path, made, other), "--free-lens")
+    assert status == 3 and "hand-eye-not-converged" in codes(said), said["verdict"]
+    assert hand_eye(*cell(tmp_path, made, made.told))[1] == 0
+
+
+def test_no_number_of_a_fit_that_is_lost_is_printed():
+    """Errors beyond the distance of the target are no errors: a page has none of them, nor frames."""
+    from robocal.prove.statistics import Statistic
+    from robocal.report.hand_eye_page import _error
+    from robocal.session.vision.hand_eye_errors import HandEyeErrors
+
+    none = np.full(4, np.nan)
+    lost = HandEyeErrors(none, none, None, None, None, "leave-one-out", 2e-3, lost=True)
+    (text,) = _error(lost)
+    assert "no number of this fit helps" in str(text) and "e+" not in str(text)
+    good = HandEyeErrors(none, none, Statistic.of(np.array([1e-3, 2e-3])), None, None, "leave-one-out", 2e-3)
+    assert "error at the target" in str(list(_error(good)))

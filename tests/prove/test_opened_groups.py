@@ -25,7 +25,7 @@ def test_a_flat_field_from_one_height_opens_what_it_tells_and_no_more():
     found, said = opened(model, data)
     for g in said.values():
         rest = "; ".join(f"{', '.join(o.names)} ({' and '.join(o.rivals) or o.why})" for o in g.rest)
-        print(f"{g.name}: {g.state}, {len(g.told)} of {g.n} told, {g.new} new. {rest or g.asked}")
+        print(f"{g.name}: {g.state}, {len(g.identified)} of {g.n} identified, {g.new} new. {rest or g.asked}")
     assert list(said) == ["robot", "lens", "hand-eye", "map", "size", "delay"]
     assert {n: g.state for n, g in said.items()} == {
         "robot": "open", "lens": "in part", "hand-eye": "not open", "map": "open", "size": "open", "delay": "fixed"
@@ -39,7 +39,7 @@ def test_a_flat_field_from_one_height_opens_what_it_tells_and_no_more():
     assert sum(g.new for g in said.values()) == pytest.approx(found.identifiability.rank, abs=2)
     # What is told is what the table of parameters calls identified.
     told = {p.name for p in found.parameters if p.status == "identified"}
-    assert told == {n for g in said.values() for n in g.told}
+    assert told == {n for g in said.values() for n in g.identified}
 
 
 def test_the_groups_that_would_have_to_be_known_are_told_truly():
@@ -48,7 +48,7 @@ def test_the_groups_that_would_have_to_be_known_are_told_truly():
     robot = replace(truth, table=truth.table.with_free([]))
     _, said = opened(robot, data)
     assert said["robot"].state == "fixed" and said["lens"].state == "open"
-    assert {"eye.rx", "eye.ry", "eye.rz"} <= set(said["hand-eye"].told)
+    assert {"eye.rx", "eye.ry", "eye.rz"} <= set(said["hand-eye"].identified)
     options = data.observations[1].options | {"free": (), "known": (), "covariance": ()}
     known = replace(data, observations=(data.observations[0], replace(data.observations[1], options=options)))
     _, said = opened(robot, known)
@@ -57,7 +57,7 @@ def test_the_groups_that_would_have_to_be_known_are_told_truly():
 
 def test_tilts_and_heights_open_the_rest():
     _, said = opened(*rig(level=False)[::2])
-    assert said["lens"].state == "open" and set(said["hand-eye"].told) == {
+    assert said["lens"].state == "open" and set(said["hand-eye"].identified) == {
         "eye.x",
         "eye.y",
         "eye.rx",

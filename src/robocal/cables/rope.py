@@ -90,8 +90,18 @@ class Rope:
 
 
 def rope(
-    weight: float = 0.0, elasticity: float = 0.0, exponent: float = 1.0, reference: float = TENSION, free: tuple[str, ...] = ()
+    weight: float = 0.0,
+    elasticity: float = 0.0,
+    exponent: float = 1.0,
+    reference: float = TENSION,
+    free: tuple[str, ...] = (),
 ) -> Rope:
     """A rope from its numbers; `free` are the names of those that are to be found."""
-    values = ((WEIGHT, weight, "N/m", ANY_WEIGHT), (ELASTICITY, elasticity, "1/N", ANY_ELASTICITY), (EXPONENT, exponent, "1", ANY_EXPONENT))
-    return Rope(ParameterTable(tuple(Parameter(n, v, u, n in free, expected=far) for n, v, u, far in values)), reference)
+    values = (
+        (WEIGHT, weight, "N/m", ANY_WEIGHT),
+        (ELASTICITY, elasticity, "1/N", ANY_ELASTICITY),
+        (EXPONENT, exponent, "1", ANY_EXPONENT),
+    )
+    return Rope(
+        ParameterTable(tuple(Parameter(n, v, u, n in free, expected=far) for n, v, u, far in values)), reference
+    )

@@ -22,11 +22,22 @@ from robocal.cables.geometry import CableRobot, straight
 from robocal.cables.hanging import hang
 from robocal.errors import ModelError
 
-__all__ = ["least_tension", "level_excess", "level_sag", "pose_change", "sag_of", "sag_slope"]
+__all__ = [
+    "greatest_tension",
+    "least_tension",
+    "level_excess",
+    "level_sag",
+    "pose_change",
+    "sag_of",
+    "sag_slope",
+    "worst_position",
+]
 
 SMALL = 1e-3  # tolerance: of u, below which the next term of a series is 1e-13 of the first
 ROUNDS = 60  # grid: of the search for a tension; each at least halves what is left
+CORNERS = 10  # grid: cables of which all corners are looked at
 CLOSE = 1e-6  # tolerance: of a tension, relative
+LEAST, MOST = 1e-9, 1e9  # N, beyond which nobody asks
 
 
 def level_sag(span: ArrayLike, tension: ArrayLike, weight: ArrayLike) -> Array:
@@ -41,7 +52,9 @@ def sag_slope(span: ArrayLike, tension: ArrayLike, weight: ArrayLike) -> Array:
     l, u = _shape(span, tension, weight)
     at = np.where(np.abs(u) < SMALL, 1.0, u)
     slope = (at * np.sinh(at) - 2 * np.sinh(at / 2) ** 2) / at**2
-    return np.asarray(l / 2 * np.where(np.abs(u) < SMALL, 0.5 + u * u / 8, slope) * l / (2 * np.asarray(tension, float)))
+    return np.asarray(
+        l / 2 * np.where(np.abs(u) < SMALL, 0.5 + u * u / 8, slope) * l / (2 * np.asarray(tension, float))
+    )
 
 
 def level_excess(span: ArrayLike, tension: ArrayLike, weight: ArrayLike) -> Array:
@@ -96,13 +109,28 @@ def pose_change(robot: CableRobot, pose: ArrayLike, change: ArrayLike) -> Array:
     return out
 
 
+def worst_position(robot: CableRobot, pose: ArrayLike, change: ArrayLike) -> Array:
+    """The furthest (k,) in m that positions seem elsewhere where each length changes by something from 0 to its `change` (k, m): cables
+    that are tighter than others change less. A norm is largest at a corner of the box; of many cables a bound is told."""
+    t = np.asarray(pose, float).reshape(-1, 4, 4)
+    axes = list(robot.axes)
+    rows = [n for n, axis in enumerate(axes) if axis < 3]
+    _, slope, _ = straight(robot, t)
+    each = np.linalg.pinv(slope[..., axes])[:, rows] * np.asarray(change, float)[:, None]  # (k, 3, m)
+    m = each.shape[2]
+    if m > CORNERS:
+        return np.asarray(np.linalg.norm(each, axis=1).sum(axis=1))
+    corners = (np.arange(2**m)[:, None] >> np.arange(m)) & 1
+    return np.asarray(np.linalg.norm(each @ corners.T, axis=1).max(axis=1))
+
+
 def least_tension(error: Callable[[float], float], wanted: float, guess: float) -> float:
     """The tension in N above which `error` (m, of one tension in N) is at most `wanted`: it falls as 1 / t^2. An error that is no number
     counts as too large. Raises ModelError where none is found."""
-    low, high = 0.0, max(guess, 1e-9)
+    low, high = 0.0, max(guess, LEAST)
     while not error(high) <= wanted:
         low, high = high, 2 * high
-        if high > 1e12:
+        if high > MOST:
             raise ModelError("no tension makes cables so straight", key="wanted", found=f"{wanted:.3g} m")
     for _ in range(ROUNDS):
         if high - low <= CLOSE * high:
@@ -119,3 +147,16 @@ def least_tension(error: Callable[[float], float], wanted: float, guess: float) 
         else:
             high = middle
     return float(high)
+
+
+def greatest_tension(error: Callable[[float], float], wanted: float) -> float | None:
+    """The tension in N up to which `error` (m, of one tension in N), which grows with it, is at most `wanted`; None where it always is."""
+    low, high = LEAST, MOST
+    if error(high) <= wanted:
+        return None
+    for _ in range(ROUNDS):
+        middle = float(np.sqrt(low * high))
+        low, high = (middle, high) if error(middle) <= wanted else (low, middle)
+        if high - low <= CLOSE * high:
+            break
+    return low

@@ -74,37 +74,38 @@ class FrameSearch:
         wide = problem.with_free([*problem.free, *dict.fromkeys(every)])
         lin = wide.linearize(x)
         root = np.sqrt(wide.with_loss("huber").slopes(lin.r**2, lin))
-        rows = np.hstack([lin.j, lin.r[:, None]]) * root[:, None]
+        rows = np.hstack([lin.j, lin.r[:, None]])
+        rows *= root[:, None]
         left = beside_blocks(replace(lin, j=rows, jl=lin.jl * root[:, None], jm=lin.jm * root[:, None]))[1]
-        n = problem.n
         at = [wide.free.index(f) for f in problem.free]
-        j, r = left[:, at], left[:, -1]
-        a = j.T @ j + np.diag(_informs(problem))
-        scale = np.sqrt(np.where(np.diag(a) > 0, np.diag(a), 1.0))
-        self.h = np.linalg.pinv(a / scale[:, None] / scale, rcond=1e-12) / scale[:, None] / scale
-        r = r - j @ (self.h @ (j.T @ r))
-        count, order = problem.configurations, np.argsort(lin.configuration, kind="stable")
+        n, count, order = problem.n, problem.configurations, np.argsort(lin.configuration, kind="stable")
         ends = np.searchsorted(lin.configuration[order], np.arange(count + 1))
         columns = {name: [wide.free.index(f) for f in names] for name, names in unit_names.items()}
         rows_of = {
             name: np.bincount(lin.configuration[(lin.j[:, c] != 0).any(axis=1)], minlength=count)
             for name, c in columns.items()
         }
-        touched = {name: np.flatnonzero(many) for name, many in rows_of.items()}
         self.units: dict[str, FrameSums] = {}
-        for name, seen in touched.items():
-            k = len(columns[name])
+        for name, many in rows_of.items():
+            seen, k = np.flatnonzero(many), len(columns[name])
             x, xh = np.zeros((2, count, k, n))
-            typical = float(np.median(rows_of[name][seen])) if len(seen) else 0.0
+            typical = float(np.median(many[seen])) if len(seen) else 0.0
             self.units[name] = FrameSums(np.zeros((count, k)), np.zeros((count, k, k)), x, xh, seen, typical >= k)
+        whole = np.zeros((left.shape[1],) * 2)
         for i in range(count):
-            some = order[ends[i] : ends[i + 1]]
-            mine, here, at_rest = left[some], j[some], r[some]  # once for all that a view shows
+            mine = left[order[ends[i] : ends[i + 1]]]
+            products = mine.T @ mine  # once for all that a view shows
+            whole += products
             for name, u in self.units.items():
-                if i in touched[name]:
-                    c = mine[:, columns[name]]
-                    u.g[i], u.a[i], u.x[i] = c.T @ at_rest, c.T @ c, c.T @ here
+                if rows_of[name][i]:
+                    own = products[columns[name]]
+                    u.g[i], u.a[i], u.x[i] = own[:, -1], own[:, columns[name]], own[:, at]
+        a = whole[np.ix_(at, at)] + np.diag(_informs(problem))
+        scale = np.sqrt(np.where(np.diag(a) > 0, np.diag(a), 1.0))
+        self.h = np.linalg.pinv(a / scale[:, None] / scale, rcond=1e-12, hermitian=True) / scale[:, None] / scale
+        taken = self.h @ whole[at, -1]
         for u in self.units.values():
+            u.g[u.views] -= u.x[u.views] @ taken
             u.xh[u.views] = (u.x[u.views].reshape(-1, n) @ self.h).reshape(u.x[u.views].shape)
 
     def dispersion(self) -> float:

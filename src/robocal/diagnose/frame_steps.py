@@ -12,7 +12,7 @@ with two places, and the fall of the cost is what counts. It follows chi2 with s
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -62,64 +62,105 @@ def find_frame_steps(
     frame; `sigma` are standard deviations of what was fitted."""
     if fitted.sizes[1][1] > 0 or not fitted.n:
         return []
-    data = DataSet(data.configurations, tuple(_count_again(o) for o in data.observations))
-    values = dict(zip(fitted.table.names, x[0].tolist(), strict=False))
-    free, out = list(fitted.free), []
-    before = build(model, data, values=values).with_weights(fitted.weights).with_free(free).with_loss("huber")
-    frames = {n: [f"{n}.{s}" for s in FRAME_SYMBOLS] for n in frames_of(data)}
-    frames = {n: own for n, own in frames.items() if all(s in before.table.index for s in own)}
-    zeros, origin = {n: [n] for n in sensor_zeros(model)}, {n: n for n in frames}
-    if not frames or int(before.numbers.sum()) * (fitted.n + 6 * len(frames)) > DENSE:
-        return []
-    at = _placed(before, fitted, x)
-    for k in range(MOST):
-        look = FrameSearch(model, data, before, at, {**frames, **zeros})
-        spread = look.dispersion()
-        known = frames_of(data)
-        loose = {n for n in frames if all(known[n].free) and known[n].prior is None}
-        steps = [s for n in look.units if (s := look.best(n, n in frames and n not in loose)) is not None]
+    search = _StepSearch(model, data, fitted, x, sigma)
+    return list(search.find()) if search.worthwhile else []
+
+
+class _StepSearch:
+    """The data as far as frames of them are known to have two places, their problem, and where it ends, x (1, P)."""
+
+    def __init__(self, model: Model, data: DataSet, fitted: Problem, x: Array, sigma: Mapping[str, float]) -> None:
+        self.model, self.sigma = model, sigma
+        self.data = DataSet(data.configurations, tuple(_count_again(o) for o in data.observations))
+        self.values = dict(zip(fitted.table.names, x[0].tolist(), strict=False))
+        made = build(model, self.data, values=self.values).with_weights(fitted.weights)
+        self.problem = made.with_free(list(fitted.free)).with_loss("huber")
+        self.x = _placed(self.problem, fitted, x)
+        frames = {n: [f"{n}.{s}" for s in FRAME_SYMBOLS] for n in frames_of(self.data)}
+        self.frames = {n: own for n, own in frames.items() if all(s in self.problem.table.index for s in own)}
+        self.zeros, self.origin = {n: [n] for n in sensor_zeros(model)}, {n: n for n in self.frames}
+
+    @property
+    def worthwhile(self) -> bool:
+        """Whether there are frames to ask, and not too many numbers."""
+        wide = self.problem.n + 6 * len(self.frames)
+        return bool(self.frames) and int(self.problem.numbers.sum()) * wide <= DENSE
+
+    def find(self) -> Iterator[FrameStep]:
+        """Steps one by one, each in the data that have those before."""
+        for k in range(MOST):
+            look = FrameSearch(self.model, self.data, self.problem, self.x, {**self.frames, **self.zeros})
+            odds, steps = _Odds(look), self._candidates(look)
+            if steps and steps[0].name in self.zeros:
+                yield from self._of_zero(look, odds, steps[0])
+                return
+            if not steps or odds.chance(steps[0].gain) > limits.FRAME_CHANCE:
+                return
+            found = self._fit(look, odds, steps, f"{LATER} {k}")
+            if found is None:
+                return
+            yield found
+
+    def _candidates(self, look: FrameSearch) -> list[BestStep]:
+        """The best step of every unit, that which gains most first."""
+        known = frames_of(self.data)
+        loose = {n for n in self.frames if all(known[n].free) and known[n].prior is None}
+        steps = [s for n in look.units if (s := look.best(n, n in self.frames and n not in loose)) is not None]
         # A frame that has two places already has a third one by its later name alone.
-        steps = [s for s in steps if s.first is None or f"{s.name} {LATER}" not in frames]
-        tried = float(sum(len(u.views) for u in look.units.values()))
-        steps = sorted(steps, key=lambda s: -s.gain)
-        if steps and (one := steps[0]).name in zeros and one.first is not None:
-            u = look.units[one.name]
-            sums = u.g[u.views], u.a[u.views], u.x[u.views], u.xh[u.views]
-            shift, bias, serial = step_of_zero(one.name, sums, u.views >= one.first, before.free, sigma)
-            chance = _chance(one.gain / serial, spread, tried, look, 1)
-            if chance < limits.FRAME_CHANCE and order_proves(
-                u.gains, u.views, data.configurations, spread > limits.FRAME_SCATTER
-            ):
-                out.append(FrameStep(one.name, one.first, shift, 0.0, chance, bias, 0.0))
-        if not steps or steps[0].name in zeros or _chance(steps[0].gain, spread, tried, look) > limits.FRAME_CHANCE:
-            break
-        rivals = [s for s in steps if s.name in frames and s.gain > limits.SEGMENT_RIVAL * steps[0].gain][:RIVALS]
-        base = least_squares(before, at, max_iterations=30, cost_tolerance=1e-6)
-        made = [_refit(model, data, before, base.x, s, f"{s.name} {LATER} {k}") for s in rivals]
+        steps = [s for s in steps if s.first is None or f"{s.name} {LATER}" not in self.frames]
+        return sorted(steps, key=lambda s: -s.gain)
+
+    def _of_zero(self, look: FrameSearch, odds: _Odds, one: BestStep) -> Iterator[FrameStep]:
+        """A zero that gains more than any frame, where it steps."""
+        if one.first is None:
+            return
+        u = look.units[one.name]
+        sums = u.g[u.views], u.a[u.views], u.x[u.views], u.xh[u.views]
+        shift, bias, serial = step_of_zero(one.name, sums, u.views >= one.first, self.problem.free, self.sigma)
+        chance = odds.chance(one.gain / serial, 1)
+        if chance < limits.FRAME_CHANCE and order_proves(
+            u.gains, u.views, self.data.configurations, odds.spread > limits.FRAME_SCATTER
+        ):
+            yield FrameStep(one.name, one.first, shift, 0.0, chance, bias, 0.0)
+
+    def _fit(self, look: FrameSearch, odds: _Odds, steps: Sequence[BestStep], later: str) -> FrameStep | None:
+        """The frame whose two places leave least, fitted; the search goes on from there."""
+        rivals = [s for s in steps if s.name in self.frames and s.gain > limits.SEGMENT_RIVAL * steps[0].gain][:RIVALS]
+        base = least_squares(self.problem, self.x, max_iterations=30, cost_tolerance=1e-6)
+        made = [_refit(self.model, self.data, self.problem, base.x, s, f"{s.name} {later}") for s in rivals]
         trials = sorted((t for t in made if t is not None), key=lambda t: t.cost)
         if not trials:
-            break
-        best = trials[0]
+            return None
+        best, u = trials[0], look.units[trials[0].step.name]
         gain = 2 * (float(base.cost[0]) - best.cost)
-        chance = _chance(gain / best.serial, spread, tried, look)
-        if chance > limits.FRAME_CHANCE:
-            break
-        name = origin[best.step.name]
-        near = [t for t in trials[1:] if 2 * (t.cost - best.cost) < limits.SEGMENT_ALIKE * spread]
-        alike = tuple(n for n in dict.fromkeys(origin[t.step.name] for t in near) if n != name)
-        bias = _bias(best, alike, values, sigma)
-        share = gain / max(2 * float(base.cost[0]), 1e-300)
-        u = look.units[best.step.name]
-        slow = spread > limits.FRAME_SCATTER and share < limits.FRAME_SHARE
-        if best.step.first is not None and not order_proves(u.gains, u.views, data.configurations, slow):
-            break
-        out.append(FrameStep(name, best.step.first, best.shift, best.turn, chance, bias, share, alike))
-        data, before, at = best.data, best.problem, best.x
-        if best.step.first is None:
-            continue
-        origin[best.later] = name
-        frames[best.later] = [f"{best.later}.{s}" for s in FRAME_SYMBOLS]
-    return out
+        chance, share = odds.chance(gain / best.serial), gain / max(2 * float(base.cost[0]), 1e-300)
+        slow = odds.spread > limits.FRAME_SCATTER and share < limits.FRAME_SHARE
+        stated = best.step.first is None
+        if chance > limits.FRAME_CHANCE or not (
+            stated or order_proves(u.gains, u.views, self.data.configurations, slow)
+        ):
+            return None
+        name = self.origin[best.step.name]
+        near = [t for t in trials[1:] if 2 * (t.cost - best.cost) < limits.SEGMENT_ALIKE * odds.spread]
+        alike = tuple(n for n in dict.fromkeys(self.origin[t.step.name] for t in near) if n != name)
+        self.data, self.problem, self.x = best.data, best.problem, best.x
+        if not stated:
+            self.origin[best.later] = name
+            self.frames[best.later] = [f"{best.later}.{s}" for s in FRAME_SYMBOLS]
+        bias = _bias(best, alike, self.values, self.sigma)
+        return FrameStep(name, best.step.first, best.shift, best.turn, chance, bias, share, alike)
+
+
+class _Odds:
+    """How likely a gain is by chance, after all that was tried."""
+
+    def __init__(self, look: FrameSearch) -> None:
+        self.spread, self.views = look.dispersion(), float(sum(len(u.views) for u in look.units.values()))
+
+    def chance(self, gain: float, q: int = len(FRAME_SYMBOLS)) -> float:
+        """Of so much in q numbers."""
+        dof = max(self.views - q, 1.0)
+        return float(scipy.special.fdtrc(q, dof, max(gain, 0.0) / (self.spread * q))) * self.views
 
 
 def _bias(best: _TwoPlaces, alike: Sequence[str], values: Mapping[str, float], sigma: Mapping[str, float]) -> float:
@@ -149,12 +190,6 @@ def _count_again(obs: Observations) -> Observations:
         alone[a:b] = b - a < limits.SEGMENT_VIEWS
     lone = alone[place]
     return replace(obs, used=~lone if lone.any() else None)
-
-
-def _chance(gain: float, spread: float, tried: float, look: FrameSearch, q: int = len(FRAME_SYMBOLS)) -> float:
-    """Of so much by chance in q numbers, after all that was tried."""
-    dof = max(float(sum(len(u.views) for u in look.units.values())) - q, 1.0)
-    return float(scipy.special.fdtrc(q, dof, max(gain, 0.0) / (spread * q))) * tried
 
 
 def _placed(made: Problem, fitted: Problem, x: Array) -> Array:

@@ -309,7 +309,7 @@ def topics() -> dict[str, dict[str, Limit]]:
     out: dict[str, dict[str, Limit]] = {}
     names = [
         n
-        for n in {**vars(of_fit), **vars(of_vision), **vars(of_drives), **globals()}
+        for n in {**vars(of_fit), **vars(of_drives), **vars(of_vision), **globals()}
         if n.isupper() and n not in ("T", "CHOICE", "DECLARED", "_TOPIC", "LIMITS")
     ]
     for name, (title, entry) in zip(names, DECLARED, strict=True):

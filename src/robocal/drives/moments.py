@@ -18,6 +18,7 @@ from robocal._types import Array, Ints
 
 __all__ = ["Moments", "moments_of"]
 
+RIDGE = 1e-6  # tolerance: of scaled columns; harmonics that nothing parts share what they explain
 CHUNK = 4096  # grid: rows at once
 
 
@@ -36,12 +37,20 @@ class Moments:
     @property
     def highest(self) -> int:
         """The highest order that they know."""
-        return self.y.shape[1] - 1
+        return int(self.y.shape[1]) - 1
 
     def of(self, direction: float) -> Moments:
         """Those of one direction."""
         some = self.direction == direction
         return Moments(self.s[some], self.y[some], self.q[some], self.n[some], self.direction[some], self.arc[some])
+
+    @property
+    def pooled(self) -> Moments:
+        """The same of whole directions, where arcs are not asked apart."""
+        each, at = np.unique(self.direction, return_inverse=True)
+        some = at.ravel() == np.arange(len(each))[:, None]
+        arc = np.zeros(len(each), dtype=np.int64)
+        return Moments(some @ self.s, some @ self.y, some @ self.q, some @ self.n, each, arc)
 
     def normal(self, orders: Sequence[int], lag: float = 0.0, by_direction: bool = False) -> tuple[Array, Array]:
         """Normal matrix (G, k, k) and right side (G, k) of each group; columns are 1, d, the cosines, the sines of the orders, and, by
@@ -87,6 +96,22 @@ class Moments:
         x = _solve(a, b)
         return x, float(self.q.sum() - b @ x)
 
+    def next_order(self, orders: Sequence[int], candidates: Sequence[int], lag: float = 0.0) -> int:
+        """The candidate that, fitted together with the orders, leaves least. Where rows cover a turn evenly that is the strongest of what
+        is left; where arcs lack, a strong one may be what the orders leave there."""
+        every = (*orders, *candidates)
+        a, b = (v.sum(axis=0) for v in self.normal(every, lag))
+        known, own = len(orders), len(every)
+        base = [0, 1, *(2 + i for i in range(known)), *(2 + own + i for i in range(known))]
+        each = np.arange(known, own)
+        columns = np.concatenate([np.tile(base, (len(each), 1)), 2 + each[:, None], 2 + own + each[:, None]], axis=1)
+        some, right = a[columns[:, :, None], columns[:, None, :]], b[columns]
+        scale = np.sqrt(np.maximum(np.diagonal(some, axis1=1, axis2=2), 1e-300))
+        some = some / scale[:, :, None] / scale[:, None, :] + RIDGE * np.eye(columns.shape[1])
+        right = right / scale
+        gain = np.sum(right * np.linalg.solve(some, right[:, :, None])[:, :, 0], axis=1)
+        return int(candidates[int(np.argmax(gain))])
+
     def left(self, orders: Sequence[int], x: Array, lag: float = 0.0) -> Array:
         """What coefficients x (k,) leave at every order up to the highest, as amplitudes (K + 1,) of a sweep whose angles are even."""
         n = np.array(orders, dtype=np.int64)
@@ -130,6 +155,5 @@ def moments_of(angle: Array, effort: Array, direction: Array, arc: Ints, highest
                 if k <= highest:
                     y[g, k] += wave @ value
                 wave *= step
-    return Moments(
-        s, y, np.bincount(group, effort**2, many), np.bincount(group, minlength=many).astype(float), keys[1].astype(float), keys[0]
-    )  # fmt: skip
+    squares, many_rows = np.bincount(group, effort**2, many), np.bincount(group, minlength=many)
+    return Moments(s, y, np.asarray(squares, float), many_rows.astype(float), keys[1].astype(float), keys[0])

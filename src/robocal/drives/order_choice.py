@@ -70,26 +70,24 @@ def choose_orders(
 ) -> ChosenOrders:
     """At most so many orders; `quantile` is t, `reach` the largest lag (rad), and `allowed` says whether an order may follow others."""
     orders: tuple[int, ...] = ()
-    lag = 0.0
+    lag, pooled = 0.0, moments.pooled
     friction = moments.unseen(())
     before, shares, refused = friction, list[float](), set[int]()
     in_a_row = 0
     while len(orders) < most and in_a_row < REFUSALS:
-        x, _ = moments.fit(orders, lag)
-        left = moments.left(orders, x, lag)
-        left[0] = -1.0
-        taken = np.array(sorted({*orders, *refused}), dtype=np.int64)
-        left[taken] = -1.0
-        order = _strongest(left, orders, allowed)
-        if order is None:
+        passed = {*orders, *refused}
+        candidates = [n for n in range(1, moments.highest + 1) if n not in passed and allowed(n, orders)]
+        if not candidates:
             break
+        order = pooled.next_order(orders, candidates, lag)
+        left = pooled.left(orders, pooled.fit(orders, lag)[0], lag)
+        left[[0, *passed]] = -1.0
         tried = (*orders, order)
         moved = find_lag(moments, tried, reach) if len(tried) < 4 else lag
         after = moments.unseen(tried, moved)
         gain = before - after
-        if left[order] ** 2 > np.log(moments.highest / CHANCE) * _floor(
-            left, order
-        ) and gain.mean() > quantile * gain.std(ddof=1) / np.sqrt(len(gain)):
+        seen = left[order] ** 2 > np.log(moments.highest / CHANCE) * _floor(left, order)
+        if seen and gain.mean() > quantile * gain.std(ddof=1) / np.sqrt(len(gain)):
             orders, lag, before, in_a_row = tried, moved, after, 0
             shares.append(float(1 - after.sum() / friction.sum()))
         else:
@@ -105,12 +103,3 @@ def _floor(left: Array, order: int) -> float:
     free = every[(left[1:] >= 0) & (every != order)]
     near = free[np.abs(free - order) <= AROUND]
     return float(max(np.median(left[some] ** 2) if len(some) else 0.0 for some in (near, free)) / np.log(2))
-
-
-def _strongest(left: Array, orders: tuple[int, ...], allowed: Callable[[int, tuple[int, ...]], bool]) -> int | None:
-    for order in np.argsort(-left)[: len(left) - 1].tolist():
-        if left[order] < 0:
-            return None
-        if allowed(int(order), orders):
-            return int(order)
-    return None

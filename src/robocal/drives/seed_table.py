@@ -15,12 +15,12 @@ from numpy.typing import ArrayLike
 
 from robocal._record import record
 from robocal._types import Array, Bools
-from robocal.drives.sweep import Sweep
+from robocal.drives.drive_sweep import Sweep
 
 __all__ = ["SeedTable", "seed_table"]
 
 CELLS = 3600  # of a turn: a tenth of a degree, fifty in the window of the document
-FULL = 1e-9  # tolerance: of the weight of cells, below which there is no reading
+NEAR = 0.5  # grid: of half a window, within which there is a reading
 
 
 @record(eq=False)
@@ -37,7 +37,8 @@ class SeedTable:
     @property
     def means(self) -> Array:
         """The mean of each direction, (2,): friction, with its sign, and what else is constant."""
-        return np.asarray(np.nanmean(np.where(self.lost, np.nan, self.values), axis=1))
+        count = np.maximum((~self.lost).sum(axis=1), 1)
+        return np.asarray(np.where(self.lost, 0.0, self.values).sum(axis=1) / count)
 
     @property
     def coulomb(self) -> float:
@@ -79,14 +80,14 @@ def seed_table(sweep: Sweep, escaped: Bools, degree: int, window: float) -> Seed
 def _smooth(values: Array, weights: Array, degree: int, window: float) -> Array:
     """The value at the middle of a polynomial through the cells around each, (C,); NaN where too few have a reading."""
     half = max(degree, round(window / (2 * np.pi) * CELLS / 2))
-    x = np.arange(-half, half + 1) / half
+    x: Array = np.arange(-half, half + 1, dtype=float) / half
     moments = np.stack([_around(weights, x**k) for k in range(2 * degree + 1)])
     right = np.stack([_around(values * weights, x**k) for k in range(degree + 1)])
     powers = np.arange(degree + 1)
     a = moments[powers[:, None] + powers].transpose(2, 0, 1)
-    # Half of the cells at least, on both sides: a polynomial says nothing of where it has no readings.
-    ahead, behind = _around(weights, (x >= 0) * 1.0), _around(weights, (x <= 0) * 1.0)
-    told = (ahead > half / 2) & (behind > half / 2)
+    # As many on both sides as it has powers, and one near: a polynomial says nothing of where it has no readings.
+    ahead, behind, near = (_around(weights, side.astype(np.float64)) for side in (x >= 0, x <= 0, np.abs(x) <= NEAR))
+    told = (ahead >= degree) & (behind >= degree) & (near > 0)
     out = np.full(CELLS, np.nan)
     if told.any():
         out[told] = np.linalg.solve(a[told], right.T[told][..., None])[:, 0, 0]

@@ -27,7 +27,7 @@ from pydantic import BeforeValidator, PositiveFloat, PositiveInt
 
 from robocal._record import record
 from robocal._types import Array
-from robocal.drives.sweep import Sweep, sweep_of
+from robocal.drives.drive_sweep import Sweep, sweep_of
 from robocal.errors import FormatError, ModelError, one_of
 from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.datamodel import CsvModel, column_model

@@ -63,7 +63,7 @@ class MotorFile:
         return np.stack([np.interp(angle, middles, row, period=2 * np.pi) for row in own])
 
 
-class ConstantModel(FileModel):
+class MotorNumberModel(FileModel):
     """A number with its unit."""
 
     value: FiniteFloat
@@ -78,7 +78,7 @@ class EccentricModel(FileModel):
     unit: Literal["rad"]
 
 
-class FrictionModel(FileModel):
+class LogFrictionModel(FileModel):
     """Friction of the log."""
 
     offset: FiniteFloat
@@ -111,10 +111,10 @@ class MotorModel(FileModel):
     name: str
     method: Literal["harmonics", "seed"]
     unit: Literal["A", "Nm"]
-    torque_constant: ConstantModel | None = None
-    lag: ConstantModel
+    torque_constant: MotorNumberModel | None = None
+    lag: MotorNumberModel
     eccentric: EccentricModel
-    friction: FrictionModel
+    friction: LogFrictionModel
     orders: list[OrderModel] = Field(default_factory=list)
     table: TableModel | None = None
     source: str = ""

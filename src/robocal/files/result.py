@@ -222,12 +222,12 @@ class ObstacleRow:
 @record(kw_only=True)
 class OpenedRow:
     """Numbers of one kind beside a camera: how many were free, how many directions the data see beyond those of the rows before, the names
-    that they tell, and the rest. Of a delay, asked says what is known: path (none was measured), asked (nothing was found) or late."""
+    that are identified, and the rest. Of a delay, asked says what is known: path (none was measured), asked (nothing was found) or late."""
 
     name: str
     n: int
     new: int
-    told: list[str] = field(default_factory=list)
+    identified: list[str] = field(default_factory=list)
     state: Literal["open", "in part", "not open", "fixed"]
     rest: list[ObstacleRow] = field(default_factory=list)
     asked: Literal["", "path", "asked", "late"] = ""

@@ -28,7 +28,7 @@ from robocal.progress import Watch, tell
 __all__ = ["Baseline", "baseline", "check_baseline", "fit_baseline", "frame_names", "renew_baseline"]
 
 ROUNDS = 8
-ELSEWHERE = 0.1  # tolerance: of its cost: where what is stated leaves less, a closed form has found nothing
+ELSEWHERE = 0.01  # tolerance: of its cost: where what is stated leaves less, a closed form has found nothing
 
 
 @record
@@ -134,8 +134,8 @@ def _fit_frames(model: Model, data: DataSet, configurations: Ints, made: Problem
     # What can be seen of the frames is asked where they are believed to stand, not at the table's zeros.
     there = made.with_table(made.table.with_values({n: v for n, v in candidates[0].items() if n in frames}))
     bare = made.with_free(())
-    if not bare.normal(made.start).cost[0] > ELSEWHERE * bare.normal(there.start).cost[0]:
-        there = made
+    if bare.normal(made.start).cost[0] < ELSEWHERE * bare.normal(there.start).cost[0]:
+        there, candidates = made, []
     seen = choose(there.with_free(frames), there.start).basis if frames else ()
     if few is data or not seen:
         x, converged = starts.refine(made, seen, [c for c in candidates if c])

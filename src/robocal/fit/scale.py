@@ -51,7 +51,13 @@ class InstrumentScales:
 
 
 def scales_of(
-    every: Problem, kept: tuple[str, ...], x: Array, data: DataSet, known: Squares, lin: Linear | None, errors: Mapping[str, float]
+    every: Problem,
+    kept: tuple[str, ...],
+    x: Array,
+    data: DataSet,
+    known: Squares,
+    lin: Linear | None,
+    errors: Mapping[str, float],
 ) -> InstrumentScales | None:
     """Of the instruments of a fit at x (1, P) of the `kept` columns of `every` free one, of which `known` are the squares there; None where
     all scales are known. `errors` are known ones, by instrument, with what they may be off by."""

@@ -1,7 +1,7 @@
 """How much longer a hanging cable is under loads: r = L s(t) + offset - y, s the rope's strain (`cables/rope.py`).
 
-value (k, 1) in m, extra["length"] (k,) in m is the length without load, extra["tension"] (k,) in N. options["gauge"] names the owner of
-the `offset` (m): a height gauge begins where a first weight has straightened the cable, so the line misses the origin.
+value (k, 1) in m, extra["length"] (k,) in m is the length without load, extra["tension"] (k,) in N. options["offset"] names the gauge,
+whose `offset` is in m: a height gauge begins where a first weight has straightened the cable, so the line misses the origin.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from robocal.measure.rows import METRES, Kind, Number, Rows, number_names, regis
 
 __all__ = ["ELONGATION", "OFFSET"]
 
-OFFSET = Number("gauge", "offset", expected=0.05)  # m
+OFFSET = Number("offset", "offset", expected=0.05)  # m
 
 
 class ElongationRows(Rows):
@@ -28,7 +28,9 @@ class ElongationRows(Rows):
     def __init__(self, builder: Builder, obs: Observations) -> None:
         rope = builder.machine.part(Rope)
         if rope is None:
-            raise ModelError("elongations are of a cable by itself", found=builder.machine.name, expected="a cable under loads")
+            raise ModelError(
+                "elongations are of a cable by itself", found=builder.machine.name, expected="a cable under loads"
+            )
         super().__init__((), obs, np.arange(len(obs)), builder.rows([ELASTICITY, EXPONENT, *number_names(obs)]))
         self.length, self.tension, self.reference = obs.extra["length"], obs.extra["tension"], rope.reference
 
@@ -48,4 +50,4 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
     return [ElongationRows(builder, obs)] if len(obs) else []
 
 
-ELONGATION = register(Kind("elongation", 1, terms, parts=METRES, owner="gauge", numbers=(OFFSET,), unstated=1e-3))
+ELONGATION = register(Kind("elongation", 1, terms, parts=METRES, owner="offset", numbers=(OFFSET,), unstated=1e-3))

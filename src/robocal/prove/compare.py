@@ -25,7 +25,7 @@ from robocal.prove.identify import Identification, identify
 from robocal.prove.results import RowTable
 from robocal.prove.statistics import Statistic
 
-__all__ = ["DEFAULT", "MethodComparison", "MethodEntry", "compare", "compare_way"]
+__all__ = ["DEFAULT", "MethodComparison", "MethodEntry", "compare", "entry_beside"]
 
 DEFAULT = ("lm", "ekf", "particle", "pinv", "lse", "ekf-100")
 
@@ -120,7 +120,7 @@ def compare(
     )
 
 
-def compare_way(
+def entry_beside(
     name: str, title: str, found: Identification[Model], reference: Identification[Model], seconds: float
 ) -> MethodEntry:
     """An identification that came about in another way, beside the reference. It may have fewer rows, so that these do not stand there."""

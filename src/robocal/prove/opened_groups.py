@@ -1,8 +1,8 @@
 """Which groups of numbers the data open, where a camera is among the sensors: robot, lens, hand-eye, map, size, delay, in this order.
 
     new    singular values above 1 of the columns so far, less those of the groups before
-    told   numbers that the data, with everything else unknown too, narrow to half of what was expected
-    else   rivals: the fewest groups that would have to be known; or noise: with all others known the data would say too little
+    open   numbers that the data, with everything else unknown too, narrow to half of what was expected
+    rest   rivals: the fewest groups that would have to be known; or noise: with all others known the data would say too little
 
 The choice of columns and the shares are those of the fit (`estimate.identifiability`); nothing is fitted here. With R of the data and E of
 what is expected, the information is A = R^T R + (E E^T)^-1; that a group is known takes its rows and columns out of A.
@@ -45,14 +45,14 @@ class Obstacle:
 
 @record
 class OpenedGroup:
-    """A group: how many of its numbers were free; how many directions the data see beyond those of the groups before; which names they
-    tell, and what stands in the way of the others; its state (open, in part, not open, fixed), and of a delay what was asked (path: no path
-    was measured; asked: nothing was found; late)."""
+    """A group: how many of its numbers were free; how many directions the data see beyond those of the groups before; which are identified,
+    and what stands in the way of the others; its state (open, in part, not open, fixed), and of a delay what was asked (path: no path was
+    measured; asked: nothing was found; late)."""
 
     name: str
     n: int
     new: int
-    told: tuple[str, ...]
+    identified: tuple[str, ...]
     state: str
     rest: tuple[Obstacle, ...] = ()
     asked: str = ""

@@ -10,7 +10,7 @@ from robocal._record import record
 from robocal._types import Array
 from robocal.report.svg import AxisScale, axes, drawing, path, points, polyline
 
-__all__ = ["Curve", "draw_curves"]
+__all__ = ["AngleCurve", "draw_curves"]
 
 WIDE, HIGH, LEFT, FOOT, TOP = 760.0, 300.0, 60.0, 44.0, 30.0
 MOST = 1500  # grid: points of a series: more would be no more to see
@@ -18,7 +18,7 @@ AIR = 0.05  # grid: of the range, above and below
 
 
 @record(eq=False)
-class Curve:
+class AngleCurve:
     """One series: x and y (n,), drawn as a line of a class, or as marks of a series (`dots`); NaN interrupts it."""
 
     x: Array
@@ -27,7 +27,7 @@ class Curve:
     dots: str = ""
 
 
-def draw_curves(curves: Sequence[Curve], across: str, up: str, *, title: str, text: str, key: str) -> str:
+def draw_curves(curves: Sequence[AngleCurve], across: str, up: str, *, title: str, text: str, key: str) -> str:
     """All series in one plot."""
     known = [c for c in curves if np.isfinite(c.y).any()]
     x_all, y_all = (np.concatenate([v[np.isfinite(c.y)] for c in known for v in (getattr(c, n),)]) for n in ("x", "y"))

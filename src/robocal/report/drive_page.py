@@ -11,7 +11,7 @@ import numpy as np
 
 from robocal._types import Array
 from robocal.remarks.remark import percent, sentences
-from robocal.report.curves import Curve, draw_curves
+from robocal.report.curves import AngleCurve, draw_curves
 from robocal.report.numbers import significant
 from robocal.report.sections import Figure, Section, Text, VerdictBlock, ends, listing_table, quiet
 
@@ -60,8 +60,8 @@ def drive_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
         "", type(table)(table.columns, table.rows, table.right, brief=BRIEF), title="Orders per turn", key="orders",
     )  # fmt: skip
     yield Section.of("", listing_table(found.log_listing), title="Logs", key="logs")
-    if found.held:
-        yield Section.of("", listing_table(found.held_listing), title="Logs that were held back", key="held")
+    if found.other_logs:
+        yield Section.of("", listing_table(found.other_listing), title="Logs that were held back", key="held")
     yield from ends(found.warnings, written)
 
 
@@ -96,7 +96,7 @@ def drive_pictures(found: Any) -> Iterator[Section]:
     seen = [d for d in (1, -1) if np.isfinite(raw[d][1]).any()]
     told = "What the drive asked over the turn, forward (solid) and reverse (dashed); their distance is twice the friction."
     svg = draw_curves(
-        [Curve(*raw[d], classes[d]) for d in seen], "angle [deg]", up, title="The sweep", text=told, key="sweep"
+        [AngleCurve(*raw[d], classes[d]) for d in seen], "angle [deg]", up, title="The sweep", text=told, key="sweep"
     )
     yield Section.of("The sweep, both directions", Figure(svg, told), key="figure-sweep")
     period = _period(found)
@@ -112,7 +112,7 @@ def drive_pictures(found: Any) -> Iterator[Section]:
         with np.errstate(invalid="ignore", divide="ignore"):
             mean = np.bincount(cells[known], effort[order][known], 360) / count
         each.append(
-            Curve((np.arange(360) + 0.5) * period / 360, np.where(count[:360] > 0, mean[:360], np.nan), classes[d])
+            AngleCurve((np.arange(360) + 0.5) * period / 360, np.where(count[:360] > 0, mean[:360], np.nan), classes[d])
         )
     told = f"Without its mean, over one period of {significant(period, 4)} deg: the mean of all of them. The shift is the lag."
     svg = draw_curves(each, "angle in the period [deg]", up, title="One period", text=told, key="period")
@@ -129,8 +129,8 @@ def drive_pictures(found: Any) -> Iterator[Section]:
     told = f"Amplitudes of the orders that were taken (dots) and of what the fit leaves at every order (line), {unit}, as powers of ten."
     floor = max(float(np.median(left[1:])), 1e-12)
     curves = [
-        Curve(orders.astype(float), np.log10(np.maximum(left[1:], floor / 30)), "scatter"),
-        Curve(np.array(c.orders, float), np.log10(np.maximum(c.amplitudes, floor / 30)), dots="held"),
+        AngleCurve(orders.astype(float), np.log10(np.maximum(left[1:], floor / 30)), "scatter"),
+        AngleCurve(np.array(c.orders, float), np.log10(np.maximum(c.amplitudes, floor / 30)), dots="held"),
     ]
     svg = draw_curves(
         curves, "order per turn", f"log10 of the amplitude [{unit}]", title="Orders", text=told, key="spectrum"
@@ -149,19 +149,19 @@ def _period(found: Any) -> float:
     return 360.0 / gcd(*(c.orders[i] for i in strong))
 
 
-def _window(found: Any, raw: tuple[Array, Array], direction: int, cls: str) -> list[Curve]:
+def _window(found: Any, raw: tuple[Array, Array], direction: int, cls: str) -> list[AngleCurve]:
     angle, effort = raw
     some = angle < 30
     fine = np.linspace(0, 30, 600)
     return [
-        Curve(angle[some], effort[some], dots="after" if direction > 0 else "before"),
-        Curve(fine, _curve(found, fine, direction), cls),
+        AngleCurve(angle[some], effort[some], dots="after" if direction > 0 else "before"),
+        AngleCurve(fine, _curve(found, fine, direction), cls),
     ]
 
 
 def _escapes(found: Any, raw: Any, classes: Any, seen: Sequence[int], up: str) -> Figure:
-    curves = [Curve(*raw[d], classes[d]) for d in seen]
+    curves = [AngleCurve(raw[d][0], raw[d][1], classes[d]) for d in seen]
     for sweep, rows in zip(found.sweeps, found.escaped, strict=True):
-        curves.append(Curve(np.degrees(np.mod(sweep.angle[rows], 2 * np.pi)), sweep.effort[rows], dots="aside"))
+        curves.append(AngleCurve(np.degrees(np.mod(sweep.angle[rows], 2 * np.pi)), sweep.effort[rows], dots="aside"))
     told = "Crosses: rows of escapes, which say nothing of the arc. The curve there is that of the other direction, or of the orders."
     return Figure(draw_curves(curves, "angle [deg]", up, title="Escapes", text=told, key="escapes"), told)

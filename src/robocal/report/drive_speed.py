@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from robocal.report.curves import Curve, draw_curves
+from robocal.report.curves import AngleCurve, draw_curves
 from robocal.report.sections import Figure, Remarks, Section, Text, ends, listing_table
 
 __all__ = ["speed_pictures", "validation_sections"]
@@ -42,9 +42,9 @@ def speed_pictures(found: Any) -> Iterator[Section]:
             continue
         at = np.degrees(np.abs(sweep.angle[some] - sweep.angle[some][0]))
         order = np.argsort(at, kind="stable")
-        effort.append(Curve(at[order], sweep.effort[some][order], CLASSES[word]))
+        effort.append(AngleCurve(at[order], sweep.effort[some][order], CLASSES[word]))
         mean = float(np.mean(sweep.speed[rows]))
-        speed.append(Curve(at[order], sweep.speed[some][order] - mean, CLASSES[word]))
+        speed.append(AngleCurve(at[order], sweep.speed[some][order] - mean, CLASSES[word]))
     if not effort:
         return
     told = "A sixth of a turn after two turns: compensated (solid), and not (dashed)."

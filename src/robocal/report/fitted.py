@@ -155,12 +155,12 @@ ASKED = {
 
 def _opened(found: Any) -> Iterator[Block]:
     """Groups of numbers in their order, each with what is told, and what stands in the way of the rest."""
-    rows = [(g.name, str(g.n), str(g.new), g.state, _names(g.told), _obstacles(g)) for g in found]
+    rows = [(g.name, str(g.n), str(g.new), g.state, _names(g.identified), _obstacles(g)) for g in found]
     caption = (
         "In the order in which groups are opened. New: directions that the data see above the noise, beyond the groups before. "
-        "Told: narrowed to half of what was expected, all others unknown too. The rest stays within what was stated."
+        "Identified: narrowed to half of what was expected, all others unknown too. The rest stays within what was stated."
     )
-    yield table("group", "free", "new", "state", "told", "the rest", right=(1, 2), rows=rows, caption=caption)
+    yield table("group", "free", "new", "state", "identified", "the rest", right=(1, 2), rows=rows, caption=caption)
 
 
 def _names(names: Any) -> str:

@@ -45,6 +45,7 @@ CABLE: Mapping[str, str] = MappingProxyType({
     "contact": "Check a given path for contacts and tensions.",
     "require": "Sensors and poses that a calibration needs.",
     "drift": "Which anchor moved between calibrations?",
+    "straightness": "Sag and stretch, and the tension that keeps them small.",
 })  # fmt: skip
 VISION: Mapping[str, str] = MappingProxyType({
     "sheet": "Markers and boards to print, at true scale.",
@@ -61,6 +62,7 @@ DRIVE: Mapping[str, str] = MappingProxyType({
     "identify": "Cogging and friction of a motor, from logs of its drive.",
     "validate": "What a motor's table explains of another log.",
     "compensate": "The table of a motor for a controller.",
+    "simulate": "A simulated motor: sweep, compensation, test.",
 })  # fmt: skip
 GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
     "cable": VerbGroup(

@@ -23,7 +23,7 @@ __all__ = ["MapStart", "MarkerSights", "grow_map"]
 CAP = 0.25  # tolerance: of a sight's extent: a worse error counts as this one
 SURE = 1.5  # tolerance: how many times worse the second best has to be
 SAME = 0.1  # tolerance: rad: poses of a marker whose normals are nearer than that are one
-VOTERS = 12  # grid: views that are asked of a pair of markers
+VOTERS = 12  # grid: sights that are asked for ways; all of them judge
 ROUNDS = 3  # grid: steps of views and markers after each growth; the fit does the rest
 LAST = 10  # grid: such steps in the end
 WEAK = 0.03  # tolerance: of a sight's extent: errors beyond pull less and less; a map that is torn shall heal
@@ -68,6 +68,8 @@ class _Growth:
         self.marker = np.full((markers, 4, 4), np.nan)
         self.of_view = [np.flatnonzero(sights.view == v) for v in range(views)]
         self.of_marker = [np.flatnonzero(sights.marker == m) for m in range(markers)]
+        self.waiting_views: list[tuple[float, int, Array]] = []
+        self.waiting_markers: list[tuple[int, float, int, Array]] = []
 
     @property
     def located(self) -> Bools:
@@ -100,8 +102,7 @@ class _Growth:
             return
         one, other = sorted(np.unravel_index(int(together.argmax()), together.shape), key=lambda m: -many[m])
         self.marker[one] = np.eye(4)
-        views = np.flatnonzero(seen[:, one] & seen[:, other])
-        views = views[:: -(-len(views) // VOTERS)]
+        views = _few(np.flatnonzero(seen[:, one] & seen[:, other]))
         first, second = (
             np.array([self.of_marker[m][s.view[self.of_marker[m]] == v][0] for v in views]) for m in (one, other)
         )
@@ -112,67 +113,76 @@ class _Growth:
         off += 1e-3 * self.errors(first, np.swapaxes(a, 0, 1)).sum(axis=1).min()
         self.marker[other] = ways[int(np.square(off).sum(axis=1).argmin())]
 
-    def locate(self, anyhow: bool) -> int:
-        """Views that show known markers; `anyhow`: the one that is surest, of those that nothing decides."""
-        s, placed, waiting, count = self.sights, self.placed, [], 0
+    def locate(self) -> int:
+        """Views that show known markers; how many. Those that nothing decides wait, each with the way that is likeliest."""
+        s, placed, count = self.sights, self.placed, 0
+        self.waiting_views = []
         for v in np.flatnonzero(~self.located):
             some = self.of_view[v][placed[s.marker[self.of_view[v]]]]
             if not len(some):
                 continue
-            held = self.marker[s.marker[some]]
-            ways = (s.poses[some] @ se3.inverse(held)[:, None]).reshape(-1, 4, 4)
-            cost = np.square(self.errors(some, ways[:, None] @ held)).mean(axis=1)
-            best, sure = _best(cost, ways, held[0, :3, 2])
+            ways, cost = self._ways_of_view(some)
+            best, sure = _best(cost, ways, self.marker[s.marker[some[0]], :3, 2])
             if len(some) > 1 or sure > SURE**2:
                 self.view[v] = ways[best]
                 count += 1
             else:
-                waiting.append((sure, int(v), ways[best]))
-        if anyhow and not count and waiting:
-            _, view, way = max(waiting, key=lambda w: w[0])
-            self.view[view] = way
-            return 1
+                self.waiting_views.append((sure, int(v), ways[best]))
         return count
 
-    def place(self, anyhow: bool) -> int:
-        """Markers that located views show; `anyhow`: the one that is surest, of those that nothing decides."""
-        s, located, waiting, count = self.sights, self.located, [], 0
+    def place(self) -> int:
+        """Markers that located views show, in the same way."""
+        s, located, count = self.sights, self.located, 0
+        self.waiting_markers = []
         for m in np.flatnonzero(~self.placed):
             some = self.of_marker[m][located[s.view[self.of_marker[m]]]]
             if not len(some):
                 continue
-            by = self.view[s.view[some]]
-            ways = (se3.inverse(by)[:, None] @ s.poses[some]).reshape(-1, 4, 4)
-            cost = np.square(self.errors(some, by @ ways[:, None])).mean(axis=1)
+            ways, cost = self._ways_of_marker(some)
             best, sure = _best(cost, ways, None)
             if sure > SURE**2:
                 self.marker[m] = ways[best]
                 count += 1
             else:
-                waiting.append((len(some), sure, int(m), ways[best]))
-        if anyhow and not count and waiting:
-            _, _, marker, way = max(waiting, key=lambda w: w[:2])
-            self.marker[marker] = way
-            return 1
+                self.waiting_markers.append((len(some), sure, int(m), ways[best]))
         return count
+
+    def guess(self) -> int:
+        """Of what waits, the view that is surest, or else the marker; whether there was any."""
+        if self.waiting_views:
+            _, view, way = max(self.waiting_views, key=lambda w: w[0])
+            self.view[view] = way
+        elif self.waiting_markers:
+            *_, marker, way = max(self.waiting_markers, key=lambda w: w[:2])
+            self.marker[marker] = way
+        return bool(self.waiting_views or self.waiting_markers)
+
+    def _ways_of_view(self, some: Ints, *known: Array) -> tuple[Array, Array]:
+        """Where sights of known markers may put their view, `known` ways first, and what each leaves of all of them, squared, (W,)."""
+        held, few = self.marker[self.sights.marker[some]], _few(some)
+        own = self.sights.poses[few] @ se3.inverse(self.marker[self.sights.marker[few]])[:, None]
+        ways = np.concatenate([*known, own.reshape(-1, 4, 4)])
+        return ways, np.square(self.errors(some, ways[:, None] @ held)).mean(axis=1)
+
+    def _ways_of_marker(self, some: Ints, *known: Array) -> tuple[Array, Array]:
+        """The same of a marker that located views show."""
+        by, few = self.view[self.sights.view[some]], _few(some)
+        own = se3.inverse(self.view[self.sights.view[few]])[:, None] @ self.sights.poses[few]
+        ways = np.concatenate([*known, own.reshape(-1, 4, 4)])
+        return ways, np.square(self.errors(some, by @ ways[:, None])).mean(axis=1)
 
     def revise(self) -> bool:
         """Views, then markers, where all that is known now speaks for another pose; whether any did."""
         s, moved = self.sights, False
-        for v in np.flatnonzero(self.located):
-            some = self.of_view[v][self.placed[s.marker[self.of_view[v]]]]
-            held = self.marker[s.marker[some]]
-            ways = np.concatenate([self.view[[v]], (s.poses[some] @ se3.inverse(held)[:, None]).reshape(-1, 4, 4)])
-            cost = np.square(self.errors(some, ways[:, None] @ held)).mean(axis=1)
-            if cost.min() < cost[0] / SURE**2:
-                self.view[v], moved = ways[int(cost.argmin())], True
-        for m in np.flatnonzero(self.placed):
-            some = self.of_marker[m][self.located[s.view[self.of_marker[m]]]]
-            by = self.view[s.view[some]]
-            ways = np.concatenate([self.marker[[m]], (se3.inverse(by)[:, None] @ s.poses[some]).reshape(-1, 4, 4)])
-            cost = np.square(self.errors(some, by @ ways[:, None])).mean(axis=1)
-            if cost.min() < cost[0] / SURE**2:
-                self.marker[m], moved = ways[int(cost.argmin())], True
+        for poses, numbers, ask, own, other in (
+            (self.view, np.flatnonzero(self.located), self._ways_of_view, self.of_view, s.marker),
+            (self.marker, np.flatnonzero(self.placed), self._ways_of_marker, self.of_marker, s.view),
+        ):
+            known = self.placed if other is s.marker else self.located
+            for i in numbers:
+                ways, cost = ask(own[i][known[other[own[i]]]], poses[[i]])
+                if cost.min() < cost[0] / SURE**2:
+                    poses[i], moved = ways[int(cost.argmin())], True
         return moved
 
     def adjust(self, rounds: int) -> None:
@@ -212,6 +222,11 @@ class _Growth:
             poses[some] = se3.displace(poses[some], step[:, :3], step[:, 3:])
 
 
+def _few(some: Ints) -> Ints:
+    """Some of the sights: as many as are asked for ways."""
+    return some[:: -(-len(some) // VOTERS)]
+
+
 def _skew(v: Array) -> Array:
     out = np.zeros((*v.shape, 3))
     out[..., 0, 1], out[..., 0, 2], out[..., 1, 2] = -v[..., 2], v[..., 1], -v[..., 0]
@@ -230,14 +245,8 @@ def grow_map(sights: MarkerSights, lens: Array, views: int, markers: int) -> Map
     """Views and markers of sights through a lens (n,), beside the marker that most others are seen with."""
     grown = _Growth(sights, lens, views, markers)
     grown.begin()
-    anyhow = False
-    while True:
-        moved = grown.locate(anyhow) + grown.place(anyhow)
-        if moved:
-            grown.adjust(ROUNDS)
-        elif anyhow:
-            break
-        anyhow = not moved
+    while grown.locate() + grown.place() or grown.guess():
+        grown.adjust(ROUNDS)
     for _ in range(REVISIONS):
         grown.adjust(LAST)
         if not grown.revise():

@@ -52,7 +52,9 @@ class ElongationModel(DataModel):
     offset: ScalarModel | None = None
 
 
-def _above(found: Array, table: CsvTable, column: str | int, message: str, expected: str, *, zero: bool = False) -> None:
+def _above(
+    found: Array, table: CsvTable, column: str | int, message: str, expected: str, *, zero: bool = False
+) -> None:
     good = found >= 0 if zero else found > 0
     table.insist(good[:, None], [column], message, found[:, None], expected=expected)
 
@@ -60,7 +62,14 @@ def _above(found: Array, table: CsvTable, column: str | int, message: str, expec
 def _pulls(model: SagModel | ElongationModel, table: CsvTable, document: YamlDocument, zero: bool) -> Array:
     found = PULL.numbers(model.tension, table, document)[0][:, 0]
     expected = "0 N or more" if zero else "above 0 N"
-    _above(found, table, (model.tension.columns or PULL.names)[0], "such a load does not tighten a cable", expected, zero=zero)
+    _above(
+        found,
+        table,
+        (model.tension.columns or PULL.names)[0],
+        "such a load does not tighten a cable",
+        expected,
+        zero=zero,
+    )
     return found
 
 
@@ -101,8 +110,7 @@ def read_elongation(model: ElongationModel, table: CsvTable, document: YamlDocum
 
 def elongation_parts(model: ElongationModel, values: Values, around: Around) -> Sequence[Part]:
     """All rows are of one gauge, whose offset nobody knows unless it is stated."""
-    told = scalar(model.offset or ScalarModel(free=True), "m", "offset", around)
-    options = {**{k: v for k, v in told.items() if k != "offset"}, "gauge": told["offset"]}
+    options = scalar(model.offset or ScalarModel(free=True), "m", "offset", around)
     return [Part(np.arange(len(values.value)), values.with_options(options), targeted=False)]
 
 

@@ -58,6 +58,11 @@ class DriveRemarks:
         "of which neither has]",
         "Raise the gain of the position loop, and sweep again.",
     )
+    DRIVE_LONE_ROWS = Phrase("{count} rows of {log} stand alone, far from the rows around them, and are left out")
+    DRIVE_TABLE_LOST = Phrase(
+        "{lost:.3g} deg of the tables have no reading near, in neither direction",
+        "Log more often, or take a wider --window.",
+    )
     DRIVE_HELD_BACK = Phrase(
         "the log of {log}, at {speed:.3g} rad/s, is held back: the table alone explains {alone:.0%} of its effort"
     )
@@ -67,8 +72,8 @@ class DriveRemarks:
         "Identify that motor by itself.",
     )
     DRIVE_OTHER_ZERO = Phrase(
-        "the table explains {share:.0%} of the log of {log} once its angle is[ {reversed} and] moved by {shift:.2f} deg, and {alone:.0%} as it "
-        "is",
+        "the table explains {share:.0%} of the log of {log} once its angle is[ {reversed} and] moved by {shift:.2f} deg, and {alone:.0%} "
+        "as it is",
         "Let the encoder count from its index, in the direction of the sweep.",
     )
     DRIVE_NO_POSITION_TABLE = Phrase(

@@ -10,8 +10,8 @@ import numpy as np
 
 from robocal._types import Array, Bools
 from robocal.diagnose.drive_limits import QUICK_RIPPLE, READING_EXPLAINS, SLOTS_NAME, TABLE_EXPLAINS
+from robocal.drives.drive_sweep import Sweep, sweep_of
 from robocal.drives.order_names import guess_motor, named_share
-from robocal.drives.sweep import Sweep, sweep_of
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.drive.drive_fit import HIGHEST, choose, highest_order, moments_of_sweeps
@@ -80,7 +80,7 @@ def check_share(sweep: Sweep, share: float) -> Remark | None:
     share = max(share, 0.0)
     quick = float(np.std(sweep.speed[sweep.used] * sweep.direction[sweep.used]))
     if quick > QUICK_RIPPLE:
-        return Remark.of(Code.DRIVE_SPEED_HIDES, share=share, speed=sweep.pace)
+        return Remark.of(Code.DRIVE_SPEED_HIDES, share=share, speed=sweep.median_speed)
     return Remark.of(Code.DRIVE_EXPLAINS_LITTLE, share=share)
 
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from robocal._types import Array, Bools
-from robocal.drives.sweep import Sweep, arc_of
+from robocal.drives.drive_sweep import Sweep, arc_of
 from robocal.measure.data import Configurations, DataSet, Observations
 
 __all__ = ["KINDS", "drive_data", "friction_free"]

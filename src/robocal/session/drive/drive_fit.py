@@ -17,18 +17,18 @@ import numpy as np
 from robocal._record import record
 from robocal._scipy import special
 from robocal._types import Array, Bools
-from robocal.diagnose.drive_limits import PREFER_SIDE
+from robocal.diagnose.drive_limits import FLOOR_CHANCE, PREFER_SIDE
+from robocal.drives.drive_sweep import Sweep, arc_of
 from robocal.drives.moments import Moments, moments_of
 from robocal.drives.motor import Motor, motor_of, order_names
 from robocal.drives.order_choice import ChosenOrders, choose_orders
-from robocal.drives.sweep import Sweep, arc_of
 from robocal.fit.options import Options
 from robocal.progress import Watch
 from robocal.prove.decision import Decision, decide
 from robocal.session.drive.drive_data import drive_data, friction_free
 
 __all__ = [
-    "Tried",
+    "MotorFit",
     "choose",
     "fit_motor",
     "highest_order",
@@ -39,20 +39,19 @@ __all__ = [
 ]
 
 HIGHEST = 300  # grid: four times the highest order that motors of robots are built with
-REACH = np.radians(3.0)  # grid: the document's motor has less than three degrees between its directions
+REACH = np.radians(1.5)  # grid: the document's motor has less than three degrees between its directions, twice the lag
 AROUND = 20  # grid: orders to each side, among which the floor is asked
-FLOOR_CHANCE = 1e-3
 
 
 @record(eq=False)
-class Tried:
+class MotorFit:
     """One form of a motor: its decision, the held-out share, the squares of errors that each arc leaves, and the floor: how many times
     the noise's own amplitude orders around each of its orders leave."""
 
     decision: Decision[Motor]
     share: float
     arcs: Array
-    floor: Array
+    noise_ratio: Array
 
     @property
     def motor(self) -> Motor:
@@ -67,7 +66,7 @@ class Tried:
         own = float(np.sqrt(covariance[names.index(name), names.index(name)]))
         factor = {
             p: f
-            for n, f in zip(self.motor.orders, self.floor, strict=True)
+            for n, f in zip(self.motor.orders, self.noise_ratio, strict=True)
             for c in (False, True)
             for p in order_names(n, c)
         }
@@ -146,7 +145,7 @@ def fit_motor(
     slots: int | None,
     poles: int | None,
     watch: Watch | None,
-) -> Tried:
+) -> MotorFit:
     """One form of a motor, fitted to logs and proven on held-out arcs."""
     data = drive_data(sweeps, used)
     size = float(np.sqrt(moments.q.sum() / moments.n.sum()))
@@ -162,13 +161,13 @@ def fit_motor(
     )
     made = decide(motor, data, options, watch)
     if made.proof is None:
-        return Tried(made, float("nan"), np.zeros(0), np.ones(len(orders)))
+        return MotorFit(made, float("nan"), np.zeros(0), np.ones(len(orders)))
     _, after, _ = made.errors
     # Friction that was held out with its arc would be off by what the low orders leave of the others: no variance of the effort.
     share = 1 - float(after @ after) / float(moments.q.sum())
     label = np.array(data.configurations.groups)[np.concatenate([o.configuration for o in data.observations])]
     every = np.array([float(np.sum(after[label == a] ** 2)) for a in np.unique(label)])
-    return Tried(made, share, every, _floor(made, moments, orders))
+    return MotorFit(made, share, every, _floor(made, moments, orders))
 
 
 def _floor(made: Decision[Motor], moments: Moments, orders: Sequence[int]) -> Array:
@@ -194,7 +193,7 @@ def _floor(made: Decision[Motor], moments: Moments, orders: Sequence[int]) -> Ar
     return out
 
 
-def prefer_directions(tried: Mapping[str, Tried]) -> Tried:
+def prefer_directions(tried: Mapping[str, MotorFit]) -> MotorFit:
     """Of one lag and of phases per direction what held-out arcs prefer: the phases, where these leave surely less arc by arc."""
     if len(tried) < 2:
         return next(iter(tried.values()))

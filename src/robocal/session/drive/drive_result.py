@@ -12,11 +12,11 @@ import numpy as np
 
 from robocal._record import record
 from robocal._types import Array, Bools
-from robocal.diagnose.drive_limits import SAME_PACE
+from robocal.diagnose.drive_limits import LONE_ROWS, SAME_PACE
+from robocal.drives.drive_sweep import Sweep, escaped_rows, lone_rows
 from robocal.drives.order_choice import ChosenOrders
 from robocal.drives.order_names import STRONG, guess_motor, name_order
 from robocal.drives.seed_table import SeedTable, seed_table
-from robocal.drives.sweep import Sweep, escaped_rows
 from robocal.errors import ModelError
 from robocal.files.display import to_display
 from robocal.files.drive_log import DriveLog, read_drive_log
@@ -25,14 +25,14 @@ from robocal.files.parts import Document, Origin
 from robocal.files.plain import json_text
 from robocal.files.result import Verdict as VerdictPart
 from robocal.progress import Watch
-from robocal.prove.verdict import Verdict, verdict_of
+from robocal.prove.verdict import Verdict
 from robocal.quantities import Column, Listing, UnitValue
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, sentences
 from robocal.report.sections import Section
-from robocal.session.drive.drive_checks import check_coverage, check_motor, check_reading, check_share
+from robocal.session.drive.drive_checks import check_reading
 from robocal.session.drive.drive_fit import (
-    Tried,
+    MotorFit,
     choose,
     fit_motor,
     highest_order,
@@ -41,14 +41,12 @@ from robocal.session.drive.drive_fit import (
     other_direction,
     prefer_directions,
 )
-from robocal.session.drive.explain import Explained, explain
+from robocal.session.drive.drive_judge import escape_width, judge_logs
+from robocal.session.drive.table_share import Explained, explain
 from robocal.session.verb_base import VerdictResult
 from robocal.session.watching import computable
 
-__all__ = ["DriveDocument", "IdentifiedDrive", "find_drive"]
-
-SIDES = 1.959963984540054  # of a normal law, 95 %
-GRID = 10  # grid: of tables that the document's method fills, cells per degree
+__all__ = ["DriveDocument", "IdentifiedDrive", "find_drive", "identify_logs"]
 
 
 @record(kw_only=True)
@@ -70,7 +68,7 @@ class DriveDocument(Document):
     friction: UnitValue
     orders: Listing
     logs: Listing
-    held_back: Listing
+    other_logs: Listing
     escapes: UnitValue
     provenance: Origin
 
@@ -85,12 +83,12 @@ class IdentifiedDrive(VerdictResult):
     escaped: tuple[Bools, ...]
     verdict: Verdict
     chosen: ChosenOrders
-    taken: Tried
-    tried: Mapping[str, Tried]
+    taken: MotorFit
+    tried: Mapping[str, MotorFit]
     other: float
     noise: float
-    held: Mapping[int, Explained]
-    paces: tuple[Explained, ...]
+    other_logs: Mapping[int, Explained]
+    log_shares: tuple[Explained, ...]
     seed: SeedTable | None
     motor_file: MotorFile
     left_amplitudes: Array  # of every order, what the fit leaves
@@ -166,24 +164,24 @@ class IdentifiedDrive(VerdictResult):
                 Column("log", "", [log.path.name for log in self.logs]),
                 Column("rows", "", [len(s) for s in sweeps]),
                 Column("turns", "", np.array([np.ptp(s.angle) / (2 * np.pi) for s in sweeps]), figures=3),
-                Column("speed", "deg/s", np.degrees([s.pace for s in sweeps]), figures=3),
-                Column("noise", self.unit, np.array([p.noise for p in self.paces]), figures=2),
+                Column("speed", "deg/s", np.degrees([s.median_speed for s in sweeps]), figures=3),
+                Column("noise", self.unit, np.array([p.noise for p in self.log_shares]), figures=2),
                 Column(
                     "noise_share",
                     "",
-                    np.array([p.noise for p in self.paces]) / size,
+                    np.array([p.noise for p in self.log_shares]) / size,
                     figures=2,
                     label="noise / cogging",
                 ),
-                Column("alone", "", np.array([p.alone for p in self.paces]), spec=".1%", label="table explains"),
+                Column("alone", "", np.array([p.alone for p in self.log_shares]), spec=".1%", label="table explains"),
                 Column("use", "", ["fitted" if i in self.fitted else "held back" for i in range(len(self.logs))]),
             )
         )
 
     @cached_property
-    def held_listing(self) -> Listing:
+    def other_listing(self) -> Listing:
         """A row for each log that was held back."""
-        rows = list(self.held.items())
+        rows = list(self.other_logs.items())
         return Listing(
             (
                 Column("log", "", [self.logs[i].path.name for i, _ in rows]),
@@ -197,7 +195,7 @@ class IdentifiedDrive(VerdictResult):
     @property
     def escapes(self) -> float:
         """How wide the arcs are where the rotor escaped, deg."""
-        return float(sum(_width(s, e) for s, e in zip(self.sweeps, self.escaped, strict=True)))
+        return float(sum(escape_width(s, e) for s, e in zip(self.sweeps, self.escaped, strict=True)))
 
     @property
     def head(self) -> dict[str, Any]:
@@ -220,7 +218,7 @@ class IdentifiedDrive(VerdictResult):
             share=self.taken.share, share_lag=of.get("lag"), share_directions=of.get("directions"), share_other_direction=self.other,
             ceiling=self.ceiling, noise=UnitValue(self.noise, self.unit), lag=UnitValue(float(np.degrees(motor.cogging.lag)), "deg"),
             friction=UnitValue(self.motor_file.coulomb, self.unit), orders=self.orders, logs=self.log_listing,
-            held_back=self.held_listing, escapes=UnitValue(self.escapes, "deg"),
+            other_logs=self.other_listing, escapes=UnitValue(self.escapes, "deg"),
         )  # fmt: skip
 
     def texts(self) -> Mapping[str, str | bytes]:
@@ -236,11 +234,6 @@ class IdentifiedDrive(VerdictResult):
 
 def _parts(order: int) -> tuple[str, str]:
     return f"order{order}.cos", f"order{order}.sin"
-
-
-def _width(sweep: Sweep, escaped: Bools) -> float:
-    cells = np.floor(np.degrees(np.mod(sweep.angle, 2 * np.pi)) * GRID)
-    return len(np.unique(cells[escaped])) / GRID
 
 
 def _read(paths: Sequence[Path], columns: Sequence[str]) -> tuple[DriveLog, ...]:
@@ -265,15 +258,17 @@ def find_drive(o: Any, watch: Watch | None, command: str) -> IdentifiedDrive:
     """Identifies the motor of some logs. Raises InputError."""
     logs = _read(o.logs, o.columns)
     with computable(*(log.path for log in logs)):
-        return _find(o, logs, watch, command)
+        return identify_logs(o, logs, watch, command)
 
 
-def _find(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, command: str) -> IdentifiedDrive:
-    slowest = min(log.sweep.pace for log in logs)
-    fitted = tuple(i for i, log in enumerate(logs) if log.sweep.pace <= SAME_PACE * slowest)
+def identify_logs(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, command: str) -> IdentifiedDrive:
+    """The same of logs that were read."""
+    slowest = min(log.sweep.median_speed for log in logs)
+    fitted = tuple(i for i, log in enumerate(logs) if log.sweep.median_speed <= SAME_PACE * slowest)
     sweeps = [logs[i].sweep for i in fitted]
     escaped = tuple(escaped_rows(s) for s in sweeps)
-    used = tuple(s.used & ~e for s, e in zip(sweeps, escaped, strict=True))
+    lone = tuple(lone_rows(s, LONE_ROWS) for s in sweeps)
+    used = tuple(s.used & ~e & ~a for s, e, a in zip(sweeps, escaped, lone, strict=True))
     told = next((log.motor for log in logs if log.motor.slots or log.motor.poles), logs[0].motor)
     slots, poles = o.slots or told.slots, o.poles or told.poles
     if poles is not None and poles % 2:
@@ -281,14 +276,16 @@ def _find(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, command: str)
     highest, _ = highest_order(sweeps, used)
     moments = moments_of_sweeps(sweeps, used, highest)
     if len(np.unique(moments.arc)) < 2:
-        raise ModelError(
-            "the log stays within one arc of 30 degrees", found=str(logs[0].path), expected="a sweep over a turn"
-        )
+        reading = check_reading(sweeps[0], 0.0)
+        hint = "" if reading is None else f", or other columns or units: {dict(reading.numbers)['change']}"
+        message, found = "the log stays within one arc of 30 degrees", str(logs[fitted[0]].path)
+        raise ModelError(message, found=found, expected=f"a sweep over a turn{hint}")
     chosen = choose(moments, o.orders, o.eccentric)
     name = logs[fitted[0]].sweep.name
-    tried: dict[str, Tried] = {}
+    tried: dict[str, MotorFit] = {}
+    # Where a rotor escaped, one direction has to say what the other lost: phases of its own would hear nothing of it.
+    both = len(np.unique(moments.direction)) > 1 and not any(e.any() for e in escaped)
     for word in ("lag", "directions"):
-        both = len(np.unique(moments.direction)) > 1
         if word in (o.phases, "lag" if o.phases == "auto" else "") or (o.phases == "auto" and both):
             tried[word] = fit_motor(
                 sweeps, used, moments, chosen.orders, by_direction=word == "directions", eccentric=o.eccentric, name=name,
@@ -296,26 +293,37 @@ def _find(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, command: str)
             )  # fmt: skip
     taken = prefer_directions(tried)
     other = other_direction(moments, chosen.orders, chosen.lag)
-    held = {
+    other_logs = {
         i: explain(taken.motor, log.sweep, log.sweep.used & ~escaped_rows(log.sweep))
         for i, log in enumerate(logs)
         if i not in fitted
     }
-    paces = tuple(
-        held[i] if i in held else explain(taken.motor, log.sweep, used[fitted.index(i)]) for i, log in enumerate(logs)
+    log_shares = tuple(
+        other_logs[i] if i in other_logs else explain(taken.motor, log.sweep, used[fitted.index(i)])
+        for i, log in enumerate(logs)
     )
-    table = seed_table(sweeps[0], escaped[0], o.degree, np.radians(o.window)) if o.method == "seed" else None
-    verdict, warnings = _judge(logs, sweeps, used, escaped, taken, held, (slots, poles), o)
+    table = seed_table(sweeps[0], escaped[0] | lone[0], o.degree, np.radians(o.window)) if o.method == "seed" else None
+    verdict, warnings = judge_logs(logs, sweeps, used, escaped, taken, other_logs, (slots, poles), o)
+    alone = [
+        Remark.of(Code.DRIVE_LONE_ROWS, count=int(a.sum()), log=s.name)
+        for s, a in zip(sweeps, lone, strict=True)
+        if a.any()
+    ]
+    warnings = (*warnings, *alone)
+    if table is not None and table.lost.any() and verdict.status == "improved":
+        lost = float(table.lost.any(axis=0).mean()) * 360
+        verdict = verdict.instead("not_improved", Remark.of(Code.DRIVE_TABLE_LOST, lost=lost))
     motor_file = _motor_file(name, taken, logs, table, told.torque_constant, command)
     left = _left(taken, moments.highest)
     return IdentifiedDrive(
         warnings=warnings, inputs=tuple(dict.fromkeys(f for log in logs for f in log.files)), command=command, logs=logs, fitted=fitted,
         used=used, escaped=escaped, verdict=verdict, chosen=chosen, taken=taken, tried=tried, other=other,
-        noise=noise_of(taken.decision), held=held, paces=paces, seed=table, motor_file=motor_file, left_amplitudes=left,
+        noise=noise_of(taken.decision), other_logs=other_logs, log_shares=log_shares, seed=table,
+        motor_file=motor_file, left_amplitudes=left,
     )  # fmt: skip
 
 
-def _left(taken: Tried, highest: int) -> Array:
+def _left(taken: MotorFit, highest: int) -> Array:
     from robocal.drives.moments import moments_of
 
     data = taken.decision.need_data
@@ -327,50 +335,8 @@ def _left(taken: Tried, highest: int) -> Array:
     return np.asarray(2 * np.abs(found.y.sum(axis=0)) / len(effort))
 
 
-def _judge(
-    logs: Sequence[DriveLog], sweeps: Sequence[Sweep], used: Sequence[Bools], escaped: Sequence[Bools], taken: Tried,
-    held: Mapping[int, Explained], made: tuple[int | None, int | None], o: Any,
-) -> tuple[Verdict, tuple[Remark, ...]]:  # fmt: skip
-    """The verdict with what the logs cannot tell, and what is worth knowing beside it."""
-    verdict = verdict_of(taken.decision, over_range=False)
-    warnings = [r for log in logs for r in log.remarks]
-    for remark, lacking in check_coverage(sweeps, used):
-        if lacking:
-            verdict = verdict.instead("not_improved", remark) if verdict.status == "improved" else verdict
-        else:
-            warnings.append(remark)
-    share = taken.share if np.isfinite(taken.share) else 0.0
-    why = check_share(sweeps[0], share)
-    if why is not None:
-        other = check_reading(sweeps[0], share)
-        verdict = verdict.instead("refused", *([other] if other else []), why)
-    else:
-        c = taken.motor.cogging
-        warnings += check_motor(c.orders, c.amplitudes, *made)
-    for sweep, rows in zip(sweeps, escaped, strict=True):
-        if rows.any():
-            warnings.append(_escape(sweep, rows))
-    for i, found in held.items():
-        name = logs[i].path.name
-        warnings.append(Remark.of(Code.DRIVE_HELD_BACK, log=name, speed=found.speed, alone=found.alone))
-    return verdict, tuple(warnings)
-
-
-def _escape(sweep: Sweep, rows: Bools) -> Remark:
-    """How wide the escapes are, and how much of it the other direction has."""
-    cells = np.floor(np.degrees(np.mod(sweep.angle, 2 * np.pi)) * GRID).astype(np.int64)
-    read = {d: set(cells[sweep.used & ~rows & (sweep.direction == d)].tolist()) for d in (1, -1)}
-    gone = {d: set(cells[rows & (sweep.direction == d)].tolist()) - read[d] for d in (1, -1)}
-    repaired = sum(len(gone[d] & read[-d]) for d in (1, -1)) / GRID
-    lost = sum(len(gone[d] - read[-d]) for d in (1, -1)) / GRID
-    count = int(np.sum(np.diff(np.concatenate([[False], rows]).astype(np.int8)) == 1))
-    return Remark.of(
-        Code.DRIVE_ESCAPED, width=_width(sweep, rows), count=count, repaired=repaired or None, lost=lost or None
-    )
-
-
 def _motor_file(
-    name: str, taken: Tried, logs: Sequence[DriveLog], table: SeedTable | None, constant: float | None, command: str
+    name: str, taken: MotorFit, logs: Sequence[DriveLog], table: SeedTable | None, constant: float | None, command: str
 ) -> MotorFile:
     values = taken.decision.values
     sigma = tuple(max(taken.sigma(p) for p in _parts(n)) for n in taken.motor.orders)

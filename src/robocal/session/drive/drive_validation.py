@@ -1,4 +1,4 @@
-"""What `drive validate` finds: how much of another log of its drive a motor's table explains, half by half, and whether that is its motor."""
+"""What `drive validate` finds: how much of another log a motor's table explains, part by part, and whether the log is of this motor."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import numpy as np
 
 from robocal._record import record
 from robocal._types import Bools
-from robocal.diagnose.drive_limits import FLAG_TURNS, OTHER_GAIN, READING_EXPLAINS, TABLE_EXPLAINS
+from robocal.diagnose.drive_limits import FLAG_TURNS, OTHER_GAIN, SHIFT_BETTER, SHIFT_LEAST, TABLE_EXPLAINS
+from robocal.drives.drive_sweep import Sweep, escaped_rows
 from robocal.drives.motor import ECCENTRIC, GAIN, LAG, Motor, motor_of, order_names
-from robocal.drives.sweep import Sweep, escaped_rows
 from robocal.errors import ModelError
 from robocal.files.drive_log import DriveLog, read_drive_log
 from robocal.files.motor_file import MotorFile, read_motor
@@ -23,7 +23,7 @@ from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.report.sections import Section
-from robocal.session.drive.explain import Explained, best_shift, compensated_turns, explain
+from robocal.session.drive.table_share import Explained, best_shift, compensated_turns, explain
 from robocal.session.verb_base import VerbResult
 from robocal.session.watching import computable
 
@@ -116,7 +116,7 @@ def motor_from_file(file: MotorFile) -> Motor:
 
 def validate_drive(o: Any, command: str) -> DriveValidation:
     """A log beside a run. Raises InputError."""
-    file = read_motor(Path(o.run))
+    file = read_motor(Path(o.motor))
     log = read_drive_log(o.log, o.columns)
     if log.sweep.unit != file.unit:
         found, expected = ("current" if u == "A" else "torque" for u in (log.sweep.unit, file.unit))
@@ -140,16 +140,17 @@ def _judge(
     warnings, reasons = list(log.remarks), list[Remark]()
     name = log.path.name
     whole = explain(motor, log.sweep, used) if len(parts) > 1 else next(iter(parts.values()))
-    if all(e.gain < OTHER_GAIN for e in parts.values()):
-        shift, mirrored, share = best_shift(motor, log.sweep, used)
-        if share > READING_EXPLAINS * whole.best and share > TABLE_EXPLAINS * READING_EXPLAINS:
-            turned = "reversed" if mirrored else None
-            numbers = {"share": share, "log": name, "shift": float(np.degrees(shift)), "alone": max(whole.alone, 0.0)}
-            reasons.append(Remark.of(Code.DRIVE_OTHER_ZERO, **numbers, reversed=turned))
-        else:
-            reasons.append(
-                Remark.of(Code.DRIVE_OTHER_MOTOR, log=name, gain=max(whole.gain, 0.0), best=max(whole.best, 0.0))
-            )
+    shift, mirrored, share = best_shift(motor, log.sweep, used)
+    if share > TABLE_EXPLAINS and whole.alone < SHIFT_BETTER * share and (mirrored or abs(shift) > SHIFT_LEAST):
+        moved, turned = float(np.degrees(shift)), "reversed" if mirrored else None
+        alone = max(whole.alone, 0.0)
+        reasons.append(
+            Remark.of(Code.DRIVE_OTHER_ZERO, share=share, log=name, shift=moved, alone=alone, reversed=turned)
+        )
+    elif all(e.gain < OTHER_GAIN for e in parts.values()):
+        reasons.append(
+            Remark.of(Code.DRIVE_OTHER_MOTOR, log=name, gain=max(whole.gain, 0.0), best=max(whole.best, 0.0))
+        )
     elif False in parts and parts[False].best < TABLE_EXPLAINS:
         warnings.append(Remark.of(Code.DRIVE_NO_POSITION_TABLE, best=parts[False].best))
     warnings += _flags(log.sweep, on)

@@ -39,7 +39,6 @@ from robocal.session.vision.hand_eye_checks import (
     find_mirrored,
     find_moves,
     find_turned,
-    restate,
     stands_still,
 )
 from robocal.session.vision.hand_eye_data import EYE, HandEyeData, open_hand_eye
@@ -49,6 +48,7 @@ from robocal.session.vision.hand_eye_frames import PlacedFrame, frames_listing, 
 from robocal.session.vision.hand_eye_readings import PoseReading, doubt_poses, read_otherwise
 from robocal.session.vision.hand_eye_size import contradict_size
 from robocal.session.vision.hand_eye_unknowns import find_lateness, locate_unknowns
+from robocal.session.vision.hand_eye_words import restate
 from robocal.session.watching import computable
 from robocal.vision.lenses import Lens
 
@@ -63,7 +63,7 @@ READINGS = 4  # grid: of the robot's poses, that are told
 SILENT = ("coverage", "place", "few-numbers")
 HARDLY_TURNS = {LITTLE_TURN, ONE_AXIS}  # with them nothing tells a size
 # The robot's own errors are said in mm, and the views alone say what the lens is.
-HIDDEN = (Code.ABOVE_STATED_NOISE, Code.NUMBER_DOUBTED, "lens-factor-doubted")
+HIDDEN = (Code.ABOVE_STATED_NOISE, Code.NUMBER_DOUBTED, "lens-factor-doubted", Code.NOT_LINEAR, Code.ONE_STEP_MISLEADS)
 
 
 @record(kw_only=True)
@@ -279,7 +279,7 @@ def find_hand_eye(
         readings = read_otherwise(opened)
         solver = Solver(folds=o.folds, hold_out=None if o.folds is None else 0.0)
         opened, made = locate_unknowns(opened, solver, watch)
-        errors = find_errors(made, opened.flange, opened.inhand)
+        errors = find_errors(made, opened.flange, opened.inhand, readings[0].distance if readings else np.inf)
         verdict, said = _judge(opened, made, errors, readings)
         frames = place_frames(made, opened.inhand, opened.hand)
     return HandEyeCalibration(
@@ -306,11 +306,11 @@ def _judge(
         *doubts,
         *([] if still is None else [still]),
         *find_mirrored(opened, made),
-        *(restate(r, opened) for r in given.reasons if r.code in OF_VIEWS),
+        *(restate(r, opened, errors) for r in given.reasons if r.code in OF_VIEWS),
     ]
     if explained:
         return Verdict("refused", tuple(explained)), said
-    verdict = replace(given, reasons=tuple(dict.fromkeys(restate(r, opened) for r in given.reasons)))
+    verdict = replace(given, reasons=tuple(dict.fromkeys(restate(r, opened, errors) for r in given.reasons)))
     exchanged = list(find_exchanged(opened))
     if exchanged and verdict.status != "located":
         return Verdict("refused", tuple(exchanged)), said

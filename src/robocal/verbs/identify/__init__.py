@@ -88,7 +88,7 @@ class Options(BaseOptions):
     )
     two_stages: bool = option(
         False,
-        "Beside it the way in two stages, on the same split: a map of the markers from images alone, then the robot with that map",
+        "Also identify in two stages, on the same split: a map of the markers from images alone, then the robot with that map",
     )
     loss: str = option(USUAL.loss, f"{', '.join(LOSSES)}: reduces the weight of outliers", "LOSS", choices=LOSSES)
     hold_out: str | float | None = option(

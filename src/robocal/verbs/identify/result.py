@@ -188,7 +188,7 @@ def _two_stages(
     opened: Opened[Any], data: DataSet, found: Identification[Any], options: Options, watch: Watch | None
 ) -> MethodEntry:
     """The way in two stages, on the split of an identification; why it failed, where it did."""
-    from robocal.prove.compare import MethodEntry, compare_way
+    from robocal.prove.compare import MethodEntry, entry_beside
     from robocal.session.two_stages import identify_in_stages
 
     title, timed = "a map of the markers from images alone, then the robot with that map", Timed()
@@ -196,7 +196,7 @@ def _two_stages(
         made = identify_in_stages(opened.machine, data, dataclasses.replace(options, bootstrap=None), watch)
     except ModelError as error:
         return MethodEntry(TWO_STAGES, title, failed=str(error))
-    return compare_way(TWO_STAGES, title, made, found, timed.seconds)
+    return entry_beside(TWO_STAGES, title, made, found, timed.seconds)
 
 
 def guard_layer(found: Identification[Chain], data: DataSet, watch: Watch | None = None) -> Guarded:

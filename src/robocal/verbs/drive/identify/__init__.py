@@ -43,14 +43,12 @@ class Options(BaseOptions):
 
     logs: Annotated[tuple[Path, ...], LOGS]
     columns: tuple[str, ...] = option(
-        (),
-        "Columns of a CSV in words, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag",
-        "WORDS",
-        listed=True,
+        (), "Columns of a CSV, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag", "WORDS", listed=True
     )
     orders: int = option(20, "At most so many orders", "N", least=1, most=100)
     phases: str = option(
-        "auto", "One lag for both directions, or phases of their own; auto: what held-out arcs prefer", "WORD", choices=("auto", "lag", "directions")
+        "auto", "One lag for both directions, or phases of their own; auto: what held-out arcs prefer", "WORD",
+        choices=("auto", "lag", "directions"),
     )  # fmt: skip
     eccentric: bool = option(False, "The encoder may be off its centre: two numbers in place of sidebands")
     slots: int | None = option(None, "Slots of the motor", "N", least=1, otherwise="as the data file says")

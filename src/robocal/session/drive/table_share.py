@@ -12,16 +12,16 @@ import numpy as np
 
 from robocal._record import record
 from robocal._types import Array, Bools
+from robocal.diagnose.drive_limits import TABLE_EXPLAINS
+from robocal.drives.drive_sweep import Sweep, arc_of
 from robocal.drives.moments import moments_of
 from robocal.drives.motor import GAIN, LAG, Motor
-from robocal.drives.sweep import Sweep, arc_of
 from robocal.estimate.least_squares import least_squares
 from robocal.measure.base import problem
 from robocal.session.drive.drive_data import NUMBERS, drive_data, friction_free
 
 __all__ = ["Explained", "best_shift", "compensated_turns", "explain", "halves"]
 
-HALF = 0.5
 SHIFTS = 14400  # grid: of a turn; a fortieth of a degree is 2 deg of order 72
 LEAST = 50  # grid: rows of a turn, below which its share is not asked
 
@@ -90,7 +90,7 @@ def compensated_turns(motor: Motor, sweep: Sweep) -> Bools:
     for t in np.unique(turn):
         mine = (turn == t) & sweep.used
         if mine.sum() >= LEAST:
-            known = _share(effort[mine], effort[mine] - table[mine]) > HALF
+            known = _share(effort[mine], effort[mine] - table[mine]) > TABLE_EXPLAINS
         out[turn == t] = known
     return out
 

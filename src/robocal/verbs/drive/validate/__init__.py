@@ -34,13 +34,10 @@ class Options(BaseOptions):
     Exit status 3 when the log is of another motor, or its angle counts from elsewhere.
     """
 
-    run: Annotated[Path, RUN]
+    motor: Annotated[Path, RUN]
     log: Annotated[Path, LOG]
     columns: tuple[str, ...] = option(
-        (),
-        "Columns of a CSV in words, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag",
-        "WORDS",
-        listed=True,
+        (), "Columns of a CSV, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag", "WORDS", listed=True
     )
     output: Path | None = option(None, "Folder for validation.json and report.html", "DIR", short="-o")
     force: w.Force = False

@@ -9,22 +9,28 @@ there says nothing of the arc. Source: seed document, 1.4.2 and figure 1.7.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 
-__all__ = ["ARC", "Sweep", "arc_of", "escaped_rows", "led_directions", "sweep_of", "turns_of"]
+__all__ = ["ARC", "Sweep", "arc_of", "escaped_rows", "led_directions", "lone_rows", "sweep_of", "turns_of"]
 
 ARC = np.pi / 6  # what is held out together: 30 degrees, in both directions
 STEPS = 6.0  # grid: of the encoder, over which a speed is asked
 BACK = np.radians(3.0)  # grid: so far no led rotor slips back
 HYSTERESIS = np.radians(1.5)  # grid: friction of bearings turns within a degree; a sweep has 360 of them
-ESCAPE_LEAST = np.radians(0.5)  # grid: a shorter way is a slip of friction, not of magnets
-WAITED = 0.5  # grid: of the way that it ran ahead
+# grid: a shorter way is a slip of friction: the effort falls by what breakaway is above sliding, a tenth, and no more
+ESCAPE_LEAST = np.radians(1.5)
 ESCAPE_SPEED = (
-    5.0  # times the speed of the sweep: no tracking error of a led rotor makes it so fast over a tenth of a degree
+    8.0  # grid: times the speed at which it is led; a rotor that follows its cogging is up to three times as fast
 )
+ESCAPE_STEPS = 4.0  # grid: of the encoder, over which a jump is asked
+AROUND = 7  # grid: rows, by whose median one is judged
+ALONE = 0.1  # grid: of the middle size of efforts; from row to row a curve changes by less
+LANDING = np.radians(0.3)  # grid: so far friction gives way before the rotor turns again
 
 
 @record(eq=False)
@@ -55,7 +61,7 @@ class Sweep:
         return replace(self, **{n: v[rows] for n in own if (v := getattr(self, n)) is not None})
 
     @property
-    def pace(self) -> float:
+    def median_speed(self) -> float:
         """The median speed of the rows that move, rad/s."""
         moving = self.used & (self.direction != 0)
         return float(np.median(np.abs(self.speed[moving]))) if moving.any() else 0.0
@@ -64,9 +70,9 @@ class Sweep:
     def ripple(self) -> float:
         """The standard deviation of the speed, as a share of its median."""
         moving = self.used & (self.direction != 0)
-        if not moving.any() or not self.pace:
+        if not moving.any() or not self.median_speed:
             return 0.0
-        return float(np.std(np.abs(self.speed[moving])) / self.pace)
+        return float(np.std(np.abs(self.speed[moving])) / self.median_speed)
 
     @property
     def missing(self) -> dict[int, int]:
@@ -141,25 +147,60 @@ def sweep_of(
     return Sweep(name, unit, time, angle, effort, direction, speed, slope, used, step, flag, lines)
 
 
+def lone_rows(sweep: Sweep, times: float) -> Bools:
+    """Rows (m,) whose effort stands alone: farther than so many robust sigma from the median of the rows around it."""
+    y = sweep.effort
+    if len(y) < AROUND:
+        return np.zeros(len(y), dtype=bool)
+    half = AROUND // 2
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(y, half, mode="edge"), AROUND)
+    off = np.abs(y - np.median(around, axis=1))
+    # Half of what is off is the median of noise; a log without noise has none that is off by chance.
+    sigma = float(np.median(off)) / 0.6745
+    return np.asarray(off > times * max(sigma, ALONE * float(np.median(np.abs(y - np.median(y))))))
+
+
+def _led_pace(sweep: Sweep) -> float:
+    """The speed at which the rotor is led (rad/s): the way of each direction by its time. An escape changes it little, while a rotor that
+    stands and jumps has a median speed near zero."""
+    turned = np.flatnonzero(np.diff(sweep.direction))
+    edges = [0, *(turned + 1).tolist(), len(sweep)]
+    runs = [(a, b - 1) for a, b in pairwise(edges) if sweep.direction[a] and b - a > 1]
+    way = sum(abs(float(sweep.angle[b] - sweep.angle[a])) for a, b in runs)
+    took = sum(float(sweep.time[b] - sweep.time[a]) for a, b in runs)
+    return way / took if took > 0 else 0.0
+
+
 def escaped_rows(sweep: Sweep) -> Bools:
-    """Rows (m,) of a sweep that belong to an escape: from where the rotor runs until it has been led beyond where it landed."""
+    """Rows (m,) of a sweep that belong to an escape: from where the rotor runs until it has been led beyond where it landed.
+
+    A jump is asked over as few rows as the encoder allows: over more, the rows before it would be lost too. Slips of friction are shorter.
+    """
     out = np.zeros(len(sweep), dtype=bool)
-    pace = sweep.pace
-    if not pace:
+    pace = _led_pace(sweep)
+    tick = float(np.median(np.diff(sweep.time))) if len(sweep) > 1 else 0.0
+    if not pace or not tick:
         return out
-    fast = sweep.used & (np.abs(sweep.speed) > ESCAPE_SPEED * pace)
-    reach = max(ESCAPE_LEAST, 4 * sweep.step)
+    wide = max(1, int(np.ceil(ESCAPE_STEPS * sweep.step / (ESCAPE_SPEED * pace * tick))))
+    if wide >= len(sweep):
+        return out
+    way = np.abs(sweep.angle[wide:] - sweep.angle[:-wide])
+    run = (way > ESCAPE_SPEED * pace * (sweep.time[wide:] - sweep.time[:-wide])) & (
+        sweep.direction[wide:] == sweep.direction[:-wide]
+    )
+    fast = np.zeros(len(sweep), dtype=bool)
+    for k in range(wide + 1):
+        fast[k : len(sweep) - wide + k] |= run
+    fast &= sweep.used
+    reach = max(LANDING, 4 * sweep.step)
     ends = np.flatnonzero(np.diff(np.concatenate([[False], fast, [False]]).astype(np.int8)))
     for first, last in zip(ends[::2], ends[1::2], strict=True):
         d = sweep.direction[first]
-        landed = sweep.angle[last - 1] * d
-        if landed - sweep.angle[first] * d < reach:
+        landed = float(np.max(sweep.angle[first:last] * d))
+        if landed - sweep.angle[first] * d < ESCAPE_LEAST:
             continue
         # It stands, and the effort climbs at one angle, until it is led on.
         beyond = np.flatnonzero(sweep.angle[last:] * d > landed + reach)
         stop = last + int(beyond[0]) if len(beyond) else len(sweep)
-        # A slip of friction is led on at once; who ran ahead waits for as long as the setpoint takes.
-        waited = (sweep.time[min(stop, len(sweep) - 1)] - sweep.time[last - 1]) * pace
-        if waited >= WAITED * (landed - sweep.angle[first] * d):
-            out[first:stop] = True
+        out[first:stop] = True
     return out

@@ -13,7 +13,7 @@ from robocal.verbs.option import Arg, BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch, path_sections, run_verb
 
 if TYPE_CHECKING:
-    from robocal.session.drive.compensation import Compensation
+    from robocal.session.drive.drive_table import DriveTable
 
 __all__ = ["Options", "run", "sections"]
 
@@ -33,7 +33,7 @@ class Options(BaseOptions):
     was read back and is the same bit for bit.
     """
 
-    run: Annotated[Path, RUN]
+    motor: Annotated[Path, RUN]
     format: str = option("csv", "Form of the table", "FORM", choices=("csv", "json", "c", "c-float", "odrive", "array"))
     cells: int = option(3600, "Cells of the turn; odrive has 3600", "N", least=36, most=65536)
     unit: str | None = option(None, "Unit of the table", "UNIT", choices=("A", "Nm"), otherwise="that of the log")
@@ -50,13 +50,13 @@ class Options(BaseOptions):
     force: w.Force = False
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Compensation]:
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[DriveTable]:
     """Makes the table. Raises InputError."""
-    from robocal.session.drive.compensation import find_compensation
+    from robocal.session.drive.drive_table import find_compensation
 
     return run_verb(o, (), lambda: find_compensation(o, command))
 
 
-def sections(made: Outcome[Compensation]) -> Iterator[Section]:
+def sections(made: Outcome[DriveTable]) -> Iterator[Section]:
     """Where the file is."""
     yield from path_sections(made)

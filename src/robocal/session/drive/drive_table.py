@@ -13,11 +13,11 @@ from robocal.files.runfolder import obstacle
 from robocal.quantities import Listing, UnitValue
 from robocal.session.verb_base import VerbResult
 
-__all__ = ["Compensation", "CompensationDocument", "find_compensation"]
+__all__ = ["DriveTable", "DriveTableDocument", "find_compensation"]
 
 
 @record(kw_only=True)
-class CompensationDocument(Document):
+class DriveTableDocument(Document):
     """What --json prints: motor, form, cells, the largest value, and the text of the file."""
 
     motor: str
@@ -30,7 +30,7 @@ class CompensationDocument(Document):
 
 
 @record(kw_only=True, eq=False)
-class Compensation(VerbResult):
+class DriveTable(VerbResult):
     """The table of a motor, and its text."""
 
     motor: MotorFile
@@ -51,24 +51,24 @@ class Compensation(VerbResult):
         return f"{self.table.values.shape[1]} cells, {rows}, at most {largest:.4g} {unit}; read back bit for bit"
 
     @property
-    def document(self) -> CompensationDocument:
+    def document(self) -> DriveTableDocument:
         """What --json says."""
         largest = UnitValue(float(abs(self.table.values).max()), self.table.unit)
         return self.document_of(
-            CompensationDocument, motor=self.motor.name, form=self.form, cells=self.table.values.shape[1], largest=largest,
+            DriveTableDocument, motor=self.motor.name, form=self.form, cells=self.table.values.shape[1], largest=largest,
             friction=self.table.friction, text=self.text,
         )  # fmt: skip
 
 
-def find_compensation(o: Any, command: str) -> Compensation:
+def find_compensation(o: Any, command: str) -> DriveTable:
     """The table of a run. Raises InputError."""
-    place = Path(o.run)
+    place = Path(o.motor)
     wrong = obstacle(place) if place.is_dir() and not (place / "motor.yaml").exists() else None
     if wrong is not None:
         raise wrong
     motor = read_motor(place)
     table = compensation_table(motor, o.format, o.cells, o.unit, o.friction, o.torque_constant)
     inputs = () if motor.file is None else (motor.file,)
-    return Compensation(
+    return DriveTable(
         motor=motor, table=table, form=o.format, text=table_text(table, o.format), inputs=inputs, command=command
     )
