@@ -31,6 +31,7 @@ from pathlib import Path
 
 import numpy as np
 from ruamel.yaml import YAML
+from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 import robocal as rc
@@ -306,8 +307,9 @@ def judge(rig, markers, anchors, poses, sigma, true):
 
 
 def two_stages(said, rig, folder, camera):
-    """The figures of the way in two stages: a map from images alone, with the lens as calibrated; then the robot, with lens and map
-    held."""
+    """The figures of the way in two stages, with the lens as calibrated: a map and camera poses from images alone, then the robot. As the
+    thesis writes it camera poses are held in the second stage, and hand-eye is as stated (`staged`) or found there (`staged free`); more
+    mildly the map alone is held, and poses may follow lengths (`held`)."""
     resolution = camera["resolution"]
     write_lens(rig, folder, resolution)
     with (folder / "pixels.csv").open(encoding="utf-8") as file:
@@ -333,7 +335,68 @@ def two_stages(said, rig, folder, camera):
     )
     data = [folder / "lengths.yaml", folder / "held.yaml"]
     rc.identify(folder / "robot.yaml", data, output=folder / "staged", force=True, leave_one_out=False)
-    return verify(folder, rig, said, place, "staged")
+    stated, free = (as_written(said, rig, folder, place, free) for free in (False, True))
+    return {"staged": stated, "staged free": free, "held": verify(folder, rig, said, place, "staged")}
+
+
+def as_written(said, rig, folder, place, free):
+    """The second stage of the thesis, equations 3.16 to 3.26: camera poses of the first stage are exact, and anchors, initial lengths
+    and, where it is `free`, hand-eye meet squares of lengths. Its own solver, none of robocal's."""
+    views = {}
+    with (folder / "pixels.csv").open(encoding="utf-8") as file:
+        for r in csv.DictReader(file):
+            marker = int(r["marker"][1:])
+            if marker in place:
+                corner = place[marker] @ np.append(square(rig.printed)[int(r["corner"])], 1.0)
+                views.setdefault(int(r["id"][1:]), []).append((*corner[:3], float(r["u"]), float(r["v"])))
+    seen, camera = sorted(views), []
+    for view in seen:
+        rows = np.array(views[view])
+        start = rig.poses[view] @ rig.given_eye
+
+        def miss(x, start=start, rows=rows):
+            back = se3.inverse(se3.displace(start, x[:3], x[3:]))
+            return (project(rows[:, :3] @ back[:3, :3].T + back[:3, 3], rig.given_lens)[0] - rows[:, 3:]).ravel()
+
+        found = least_squares(miss, np.zeros(6), method="lm").x
+        camera.append(se3.displace(start, found[:3], found[3:]))
+    camera, stretch = np.array(camera), said["cable"]["elongation_per_N"]
+    read, told = readings(folder / "lengths.csv", seen)
+    nominal = np.array(said["frame_anchors_nominal"])
+
+    def full(read, told, zeros):
+        return (read + zeros) * (1 + stretch * told)
+
+    def ends(poses):
+        return np.einsum("kij,cj->kci", poses[:, :3, :3], rig.platform) + poses[:, None, :3, 3]
+
+    def loops(x):
+        eye = se3.displace(rig.given_eye, x[32:35], x[35:]) if free else rig.given_eye
+        way = ends(camera @ se3.inverse(eye)) - (nominal + x[:24].reshape(8, 3))
+        return ((way**2).sum(axis=2) - full(read, told, x[24:32]) ** 2).ravel()
+
+    x = least_squares(loops, np.zeros(38 if free else 32), method="lm").x
+    anchors, zeros = nominal + x[:24].reshape(8, 3), x[24:32]
+    many = said["poses"]["calibration"]
+    true = rig.poses[many:]
+    read, told = readings(folder / "verify.csv", range(len(true)))
+    poses = []
+    for t, r, pull in zip(true, read, told, strict=True):
+
+        def off(x, t=t, r=r, pull=pull):
+            way = ends(se3.displace(t, x[:3], x[3:])[None])[0] - anchors
+            return np.linalg.norm(way, axis=1) - full(r, pull, zeros)
+
+        found = least_squares(off, np.zeros(6), method="lm").x
+        poses.append(se3.displace(t, found[:3], found[3:]))
+    return judge(rig, dict(place), anchors, np.array(poses), np.ones(len(true)), true)
+
+
+def readings(path, rows):
+    """Lengths and tensions (k, 8) of some rows."""
+    with path.open(encoding="utf-8") as file:
+        every = np.array([[float(v) for v in r[1:]] for r in list(csv.reader(file))[1:]])[list(rows)]
+    return every[:, :8], every[:, 8:]
 
 
 def write_lens(rig, folder, resolution):
@@ -450,8 +513,8 @@ def one(given, said, seed):
     row = verify(folder, rig, said) | agreement(rig, folder / "run")
     row |= {"cpu s": time.process_time() - began}
     if given.two_stages:
-        staged = two_stages(said, rig, folder, camera)
-        row |= {f"staged {k}": staged[k] for k in ("aligned mm", "aligned deg", "marker 0 mm", "map Z mm")}
+        for word, found in two_stages(said, rig, folder, camera).items():
+            row |= {f"{word} {k}": found[k] for k in ("aligned mm", "aligned deg", "marker 0 mm", "map Z mm")}
     remarks = made.result.remarks
     codes = list(dict.fromkeys(r.code for r in remarks if r.code in NAMED))
     against = [r.numbers for r in remarks if r.code == "prior-contradicted"]
@@ -491,7 +554,7 @@ def main():
         "--pool", type=Path, help="compute nothing: tell what was asked and measured, of a folder of results"
     )
     words.add_argument(
-        "--two-stages", action="store_true", help="beside it the map first, then the robot with the map held"
+        "--two-stages", action="store_true", help="beside it the map first, then the robot by it, as the thesis has it"
     )
     words.add_argument("--images", action="store_true", help="corners from drawn images: texture, blur 0.8 px, noise 5")
     words.add_argument(
