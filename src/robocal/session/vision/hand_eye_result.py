@@ -48,7 +48,7 @@ from robocal.session.vision.hand_eye_frames import PlacedFrame, frames_listing, 
 from robocal.session.vision.hand_eye_readings import PoseReading, doubt_poses, read_otherwise
 from robocal.session.vision.hand_eye_size import contradict_size
 from robocal.session.vision.hand_eye_unknowns import find_lateness, locate_unknowns
-from robocal.session.vision.hand_eye_words import restate
+from robocal.session.vision.hand_eye_remarks import restate
 from robocal.session.watching import computable
 from robocal.vision.lenses import Lens
 
