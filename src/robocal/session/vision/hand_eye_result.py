@@ -46,9 +46,9 @@ from robocal.session.vision.hand_eye_errors import HandEyeErrors, chain_of, find
 from robocal.session.vision.hand_eye_exchanged import find_exchanged
 from robocal.session.vision.hand_eye_frames import PlacedFrame, frames_listing, place_frames
 from robocal.session.vision.hand_eye_readings import PoseReading, doubt_poses, read_otherwise
+from robocal.session.vision.hand_eye_remarks import restate
 from robocal.session.vision.hand_eye_size import contradict_size
 from robocal.session.vision.hand_eye_unknowns import find_lateness, locate_unknowns
-from robocal.session.vision.hand_eye_words import restate
 from robocal.session.watching import computable
 from robocal.vision.lenses import Lens
 
