@@ -10,8 +10,9 @@ HERE = Path(__file__).resolve().parent
 EXAMPLES = HERE.parent / "examples"
 CABLES = EXAMPLES / "cable-laval" / "robot.yaml"
 TRACKER = EXAMPLES / "ur10-tracker"
-# What the example of the UR10 calibrates is no part of the project: it lies beside it.
-SERIES = HERE.parents[1] / "shared" / "data" / "ur10-laser-tracker" / "Series_C" / "measurements_random_poses.csv"
+# What the example of the UR10 calibrates is no part of the project: it lies beside it, or in it where a copy took it along.
+PLACES = [top / "shared" / "data" / "ur10-laser-tracker" / "Series_C" for top in (HERE.parents[1], HERE.parent)]
+SERIES = next((p for p in PLACES if p.is_dir()), PLACES[0]) / "measurements_random_poses.csv"
 
 SEEN = "--free ax,ay,az,l0"  # without anything free of the robot there would be nothing to compare
 PARTS = 5  # of a study of 10^4 trials, one a round
