@@ -2,7 +2,7 @@
 
     python -m benchmarks [--rounds 7] [--instances 20] [--only NAME ...] [--no-sections] [-o FILE]
     python -m benchmarks --section NAME ... [-o FILE]
-    python -m benchmarks --section waits --against OTHER/src [--waits-rounds 5] [-o FILE]
+    python -m benchmarks --section waits --against OTHER/src [--waits-rounds 5] [--waits-out FOLDER] [-o FILE]
 
 All workers are started first and stay up. Then every round visits every instance, and at each instance all
 contestants in turn (A B C ... A B C ...), so that a noisy neighbour or a throttled clock strikes all alike; one
@@ -138,11 +138,11 @@ def joint() -> dict[str, list[dict]]:
     return section.sections()
 
 
-def waits(against: Path | None = None, rounds: int | None = None, words=()) -> dict[str, list[dict]]:
+def waits(**options) -> dict[str, list[dict]]:
     """What a user waits for: whole commands, those of another state of the project in turn with them."""
     import waits as section
 
-    return {"waits": section.section(against and against.resolve(), rounds or section.ROUNDS, words)}
+    return {"waits": section.section(**{key: value for key, value in options.items() if value})}
 
 
 SECTIONS = {"cross_validation": cross_validation, "robocal": robocal, "cables": cables, "joint": joint, "waits": waits}
@@ -173,17 +173,24 @@ def main() -> int:
     parser.add_argument("--no-sections", action="store_true")
     parser.add_argument("--section", nargs="+", choices=SECTIONS, metavar="NAME", help=f"only {', '.join(SECTIONS)}")
     parser.add_argument(
-        "--against", type=Path, metavar="SRC", help="waits: the sources of another state, beside this one"
+        "--against", metavar="SRC", help="waits: the sources of another state; SRC:FOLDER with packages that it needs"
     )
     parser.add_argument("--waits-rounds", type=int, metavar="N", help="waits: how often every command is run")
     parser.add_argument(
         "--waits-only", nargs="+", default=(), metavar="WORD", help="waits: rows whose names hold one of these"
     )
+    parser.add_argument("--waits-out", type=Path, metavar="FOLDER", help="waits: keeps data and rounds, to go on there")
+    parser.add_argument("--waits-minutes", type=float, metavar="M", help="waits: ends after so long")
+    parser.add_argument("--waits-jobs", type=int, metavar="N", help="waits: rows that are measured at a time")
     parser.add_argument("-o", "--output", type=Path)
     options = parser.parse_args()
-    waits_for = {"against": options.against, "rounds": options.waits_rounds, "words": options.waits_only}
+    waits_for = {
+        "against": options.against, "rounds": options.waits_rounds, "words": options.waits_only,
+        "out": options.waits_out and options.waits_out.resolve(), "minutes": options.waits_minutes, "jobs": options.waits_jobs,
+    }  # fmt: skip
     if options.section:
-        output = options.output or RESULTS
+        kept = options.waits_out and options.waits_out / "results.json"
+        output = options.output or kept or RESULTS
         document = json.loads(output.read_text()) if output.exists() else {}
         for key, part in sections(options.section, **waits_for).items():
             document[key] = document.get(key, {}) | part

@@ -1,179 +1,160 @@
 """What a user waits for: whole commands, a process for each, of this state of the project and of another one in the same run.
 
-    python -m benchmarks --section waits [--against OTHER/src] [--waits-rounds 5]
+    python -m benchmarks --section waits [--against OTHER/src] [--waits-rounds 5] [--waits-out FOLDER] [--waits-minutes 9] [--waits-jobs 4]
 
 CPU seconds (user and system), seconds by the clock and the largest memory of the process; medians of rounds in which both states take
 turns, after one run of each that fills its cache. First runs begin with an empty cache, and CPU counts the process that compiles beside.
 Calls of Python (`wait_calls.py`) count themselves: seconds of the call, without the start. The data are made by `robocal simulate` of
-this state, once, under `.cache/waits`; both states read the same files, and run folders that they have written themselves. A command that
-a state does not finish has no numbers of it.
+this state, once; both states read the same files, and run folders that they have written themselves. A command that a state does not
+finish has no numbers of it. Rows stand in `wait_rows.py`, what is asked of them in `wait_asked.py`.
+
+FOLDER keeps data and rounds: the same command goes on where it ended, when `--waits-minutes` were over or it was stopped. Several jobs
+measure several rows at a time, for machines with many cores; the rounds of a row stay one after the other.
 """
 
 import csv
+import json
 import os
-import resource
 import shutil
 import statistics
 import subprocess
 import sys
-import tempfile
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
+import table
+import wait_asked
 from contestants import THREADS
 from wait_calls import CALLS
+from wait_rows import ALONE, CORNERS, CUT, FIRST, IMPORTS, MADE, RUNS, SERIES, TEXTS, TRACKER, WAITS
+from wait_states import Late, Log, State
 
 HERE = Path(__file__).resolve().parent
 OWN = HERE.parent / "src"
 DATA = HERE / ".cache" / "waits"
-CABLES = HERE.parent / "examples" / "cable-laval" / "robot.yaml"
 ROUNDS = 5
-MEGABYTE = 1024.0  # in what the system counts
-
-SEEN = "--free ax,ay,az,l0"  # without anything free of the robot there would be nothing to compare
-
-# What makes the folders of data, and a run folder beside the data.
-MADE = {
-    "few": "simulate irb-120 -n 80",
-    "rows": "simulate irb-120 -n 10000",
-    "many": "simulate irb-120 -n 100000",
-    "seen": "simulate irb-120 -n 100000 --kind pose --noise 0.05",
-    "seen-again": "simulate irb-120 -n 100000 --kind pose --noise 0.1",
-    "cables-few": f"simulate {CABLES} -n 80",
-    "cables": f"simulate {CABLES} -n 10000",
-    "cables-later": f"simulate {CABLES} -n 10000 --seed 1",
-}
-# What `corner_data.py` makes of the same name.
-CORNERS = ("cable", "cable-map", "arm-map", "cameras")
-RUNS = {"few": "few/robot.yaml few/data.yaml"} | {
-    name: f"{name}/robot.yaml {name}/lengths.yaml {name}/pose.yaml {SEEN}" for name in ("cables", "cables-later")
-}
-# Columns of a folder's table that a file of its own has.
-CUT = {
-    "few/program.csv": ("few/data.csv", ("configuration", "j")),
-    "rows/program.csv": ("rows/data.csv", ("configuration", "j")),
-    "seen/poses.csv": ("seen/data.csv", ("configuration", "x", "y", "z", "r")),
-    "seen-again/poses.csv": ("seen-again/data.csv", ("configuration", "x", "y", "z", "r")),
-}
-WAITS = {
-    "version": "--version",
-    "identify -o, 80 poses": "identify few/robot.yaml few/data.yaml -o OUT",
-    "identify -o, 10 000 rows": "identify rows/robot.yaml rows/data.yaml -o OUT",
-    "identify -o, 100 000 rows": "identify many/robot.yaml many/data.yaml -o OUT",
-    "check, 100 000 rows": "check many/robot.yaml many/data.yaml",
-    "verify -o, 100 000 poses": "verify seen/poses.csv seen-again/poses.csv -o OUT",
-    "validate, 80 rows": "validate few/RUN few/data.yaml",
-    "validate, 10 000 rows": "validate few/RUN rows/data.yaml",
-    "compensate, 80 rows": "compensate few/RUN few/program.csv -o OUT",
-    "compensate, 10 000 rows": "compensate few/RUN rows/program.csv -o OUT",
-    "check, 1 000 corners of a cable robot": "check cable/robot.yaml cable/lengths.yaml cable/camera.yaml",
-    "check, 10 000 corners of a cable robot": "check cable-map/robot.yaml cable-map/lengths.yaml cable-map/camera.yaml",
-    "identify, 9 500 corners of four cameras": "identify irb-120 "
-    + " ".join(f"cameras/camera{k}.yaml" for k in range(4)),
-    "identify, 10 000 corners, arm and map": "identify irb-120 arm-map/camera.yaml",
-    "identify, 10 000 corners, cables and map": "identify cable-map/robot.yaml cable-map/lengths.yaml cable-map/camera.yaml",
-    "cable drift, two runs of 10 000 rows": "cable drift cables/RUN cables-later/RUN",
-}
-# The same with an empty cache: what is compiled counts.
-FIRST = {
-    "first identify of an arm": "identify few/robot.yaml few/data.yaml -o OUT",
-    "first cable poses": f"cable poses {CABLES} -n 100 -o OUT",
-    "first identify of a cable robot": f"identify cables-few/robot.yaml cables-few/lengths.yaml cables-few/pose.yaml {SEEN} -o OUT",
-}
-# What is asked of some: CPU seconds, or which share of those of the other state.
-ASKED = {
-    "identify, 10 000 corners, arm and map": {"cpu_s": 10.0},
-    "identify, 10 000 corners, cables and map": {"cpu_s": 10.0},
-    "check, 1 000 corners of a cable robot": {"cpu_s_over_before": 0.15},
-    "identify, 9 500 corners of four cameras": {"cpu_s_over_before": 0.12},
-}
-# Counts a command with all that it starts, also what outlives it: of those it is the parent (on Linux).
-COUNT = """
-import ctypes, os, resource, subprocess, sys, time
-getattr(ctypes.CDLL(None), "prctl", lambda *_: None)(36, 1, 0, 0, 0)
-began, quiet = time.perf_counter(), subprocess.DEVNULL
-status = subprocess.call(sys.argv[1:], stdout=quiet, stderr=quiet)
-wall = time.perf_counter() - began
-try:
-    while True:
-        os.wait()
-except ChildProcessError:
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-print(status, wall, used.ru_utime + used.ru_stime, used.ru_maxrss)
-"""
-LONG = 60.0  # seconds of CPU: what takes a state longer is run once
-MOST = 600  # seconds of CPU: what takes longer is not finished
+LONG = 120.0  # seconds of CPU: what takes a state longer is run once
+ONCE = ("56-pose job", "parity", "make test")  # programs that count by themselves, of this state
 
 
 @dataclass(frozen=True)
-class Cost:
-    """Of one process: CPU seconds, the largest memory in MB, and seconds by the clock."""
+class Run:
+    """A whole run: its states, the new one first, how many rounds, and what was measured so far."""
 
-    cpu: float
-    memory: float
-    wall: float = 0.0
+    states: list[State]
+    rounds: int
+    log: Log
+    lock: threading.Lock
+
+    def row(self, name: str) -> dict:
+        """All rounds of a row that are not in the log yet; what is over before is a row of what there is."""
+        try:
+            if name in ONCE:
+                self.once(name)
+            else:
+                self.turns(name)
+        except Late:
+            pass
+        made = summarise(name, self.log.of(name), self.rounds)
+        print(made, file=sys.stderr, flush=True)
+        return made
+
+    def turns(self, name: str) -> None:
+        asked = self.states[:1] if name in ALONE else list(self.states)
+        warm = name in WAITS or name in IMPORTS  # what begins empty, or has its own warm-up, needs none
+        for turn in range(not warm, self.rounds + 1):
+            for state in list(asked):
+                known = [x for x in self.log.of(name) if x["state"] == state.name]
+                done = next((x for x in known if x["turn"] == turn), None) or self.visit(name, state, turn)
+                if done["cpu"] is None or done["cpu"] > LONG:
+                    asked.remove(state)
+
+    def visit(self, name: str, state: State, turn: int) -> dict:
+        """One process of one state, told to the log."""
+        if name in CALLS:
+            cost = state.call(name)
+        elif name in IMPORTS:
+            cost = state.imports(IMPORTS[name])
+        else:
+            cost = state.run((WAITS | FIRST)[name], name in FIRST, turn)
+        numbers = {"cpu": cost and cost.cpu, "wall": cost and cost.wall, "memory": cost and cost.memory}
+        return self.tell({"row": name, "state": state.name, "turn": turn} | numbers)
+
+    def once(self, name: str) -> None:
+        if not self.log.of(name):
+            self.tell(
+                {"row": name} | {"56-pose job": race, "parity": parity, "make test": make_test}[name](self.states[0])
+            )
+
+    def tell(self, line: dict) -> dict:
+        with self.lock:
+            self.log.add(line)
+        return line
 
 
-@dataclass(frozen=True)
-class State:
-    """A state of the project: what it is called in the results, and its sources."""
-
-    name: str
-    source: Path
-
-    @property
-    def python(self) -> Path:
-        """The interpreter beside its sources, in `.venv`, where there is one: it has the packages of that state."""
-        own = self.source.parent / ".venv" / "bin" / "python"
-        return own if own.exists() else Path(sys.executable)
-
-    @property
-    def environment(self) -> dict[str, str]:
-        """One thread, its sources, and a cache of its own: robocal keeps few, and other states would take turns in it."""
-        own = {"PYTHONPATH": str(self.source), "ROBOCAL_CACHE_DIR": str(DATA / f"cache-{self.name}")}
-        return os.environ | THREADS | own
-
-    def run(self, words: str, first: bool = False) -> Cost | None:
-        """A command in the folder of the data, `first` with an empty cache; None where it does not finish."""
-        with tempfile.TemporaryDirectory() as folder:
-            words = words.replace("OUT", f"{folder}/out").replace("RUN", f"run-{self.name}")
-            empty = {"ROBOCAL_CACHE_DIR": f"{folder}/cache"} if first else {}
-            command = [sys.executable, "-c", COUNT, str(self.python), "-m", "robocal", *words.split()]
-            limit = partial(resource.setrlimit, resource.RLIMIT_CPU, (MOST, MOST))
-            kept = {"env": self.environment | empty, "cwd": DATA, "preexec_fn": limit}
-            done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True, **kept)
-        status, wall, cpu, memory = map(float, done.stdout.split())
-        # 3 says that a result must not be trusted: it was computed all the same.
-        return Cost(cpu, memory / MEGABYTE, wall) if status in (0, 3) else None
-
-    def call(self, name: str) -> Cost | None:
-        """A call of Python, by its own clock; None where the state has no benchmarks, or not this one."""
-        command = [str(self.python), str(HERE / "wait_calls.py"), str(self.source.parent / "benchmarks"), name]
-        done = subprocess.run(command, env=self.environment, cwd=HERE, capture_output=True, text=True)
-        return Cost(float(done.stdout), 0.0) if done.returncode == 0 else None
-
-    def prepare(self, wanted) -> None:
-        """Writes the run folders that commands read."""
-        for folder in [f for f in RUNS if f in wanted]:
-            self.run(f"identify {RUNS[folder]} -o {folder}/RUN --force")
+def race(state: State) -> dict:
+    """The 56-pose job beside pyceres: robocal's time over that of its best form."""
+    result = state.data / "race.json"
+    command = [sys.executable, str(HERE / "run.py"), "--only", "robocal", "pyceres", "--no-sections", "--rounds", "5"]
+    state.wait([*command, "-o", str(result)])
+    found = json.loads(result.read_text()) if result.exists() else {"contestants": [], "skipped": []}
+    times = {row["name"]: row["seconds"]["median"] for row in found["contestants"]}
+    peers = [seconds for name, seconds in times.items() if name.startswith("pyceres")]
+    if not peers or "robocal" not in times:
+        why = next((s["reason"] for s in found["skipped"]), "no result")
+        return {"said": f"pyceres is not installed: {why}"}
+    return {"over_pyceres": times["robocal"] / min(peers)}
 
 
-def prepare(wanted) -> None:
+def parity(state: State) -> dict:
+    """How many commands say something else than the reference of `scripts/parity.py`."""
+    said = state.wait([str(state.python), str(HERE.parent / "scripts" / "parity.py")])[1]
+    words = [line.split()[0] for line in said.splitlines() if line.startswith(("same ", "differs "))]
+    return {"differ": words.count("differs"), "of": len(words)} if words else {"said": "did not finish"}
+
+
+def make_test(state: State) -> dict:
+    """Minutes of `make clean test`, which needs the internet: only where it was asked for by its name."""
+    began = time.monotonic()
+    status = state.wait(["make", "-C", str(HERE.parent), "clean", "test"])[0]
+    return {"minutes": (time.monotonic() - began) / 60, "status": status} | (
+        {"said": "a test failed"} if status else {}
+    )
+
+
+def prepare(wanted, state: State) -> None:
     """Makes the data that some commands read, where they are not there."""
-    for folder in [f for f in MADE if f in wanted and not (DATA / f / "done").exists()]:
-        shutil.rmtree(DATA / folder, ignore_errors=True)
-        DATA.mkdir(parents=True, exist_ok=True)
-        if State("new", OWN).run(f"{MADE[folder]} -o {folder}") is None:
+    data = state.data
+    data.mkdir(parents=True, exist_ok=True)
+    for name, text in TEXTS.items():
+        (data / name).parent.mkdir(exist_ok=True)
+        (data / name).write_text(text)
+    (data / "ur10").mkdir(exist_ok=True)
+    for file in (TRACKER / "robot.yaml", TRACKER / "data.yaml", SERIES):
+        if file.exists():
+            shutil.copy(file, data / "ur10" / file.name)
+    for folder in [f for f in MADE if f in wanted and not (data / f / "done").exists()]:
+        shutil.rmtree(data / folder, ignore_errors=True)
+        if state.run(f"{MADE[folder]} -o {folder}") is None:
             raise RuntimeError(f"data could not be made: robocal {MADE[folder]}")
         for name, (source, columns) in CUT.items():
             if name.startswith(f"{folder}/"):
-                cut(DATA / source, DATA / name, columns)
-        (DATA / folder / "done").touch()
-    for folder in [f for f in CORNERS if f in wanted and not (DATA / f / "done").exists()]:
-        made = [sys.executable, str(HERE / "corner_data.py"), folder, str(DATA / folder)]
+                cut(data / source, data / name, columns)
+        (data / folder / "done").touch()
+    for folder in [f for f in CORNERS if f in wanted and not (data / f / "done").exists()]:
+        made = [sys.executable, str(HERE / "corner_data.py"), folder, str(data / folder)]
         subprocess.run(made, env=os.environ | THREADS | {"PYTHONPATH": str(OWN)}, check=True)
-        (DATA / folder / "done").touch()
+        (data / folder / "done").touch()
+
+
+def prepare_runs(wanted, state: State) -> None:
+    """Writes the run folders that commands read, where they are not there."""
+    for folder in [f for f in RUNS if f in wanted]:
+        if not (state.data / folder / f"run-{state.name}" / "result.json").exists():
+            state.run(f"identify {RUNS[folder]} -o {folder}/RUN --force")
 
 
 def cut(source: Path, target: Path, begins) -> None:
@@ -187,47 +168,72 @@ def cut(source: Path, target: Path, begins) -> None:
         writer.writerows([row[i] for i in kept] for row in rows)
 
 
-def measure(names, against: Path | None, rounds: int) -> list[dict]:
+def measure(names, states: list[State], rounds: int, out: Path | None, jobs: int) -> list[dict]:
     """A row for each command: medians of this state, of the other one, and what this one takes of that."""
-    commands = WAITS | FIRST
+    commands = WAITS | FIRST | IMPORTS
     wanted = {word.split("/")[0] for name in names for word in commands.get(name, "").split() if "/" in word}
-    prepare(wanted)
-    states = [State("new", OWN)] + ([State("before", against)] if against else [])
-    for state in states:
-        if state.run("--version") is None:
-            raise RuntimeError(f"{state.source}: robocal does not start by {state.python}; make its .venv beside it")
-        state.prepare(wanted)
-    rows = []
-    for name in names:
-        costs: dict[str, list[Cost]] = {state.name: [] for state in states}
-        asked = list(states)
-        for turn in range(name not in WAITS, rounds + 1):  # what begins empty, or has its own warm-up, needs none
-            for state in list(asked):
-                cost = state.run(commands[name], name in FIRST) if name in commands else state.call(name)
-                if cost is None or cost.cpu > LONG:
-                    asked.remove(state)
-                if cost is not None and (turn or cost.cpu > LONG):  # the first one fills the cache
-                    costs[state.name].append(cost)
-        rows.append(summarise(name, costs))
-        print(rows[-1], file=sys.stderr, flush=True)
-    return rows
+    log = Log(out, states)
+    try:
+        prepare(wanted, states[0])
+        for state in states:
+            if state.run("--version") is None:
+                missing = "make its .venv beside it, or write --against SRC:FOLDER with the packages that it lacks"
+                raise RuntimeError(f"{state.source}: robocal does not start by {state.python}; {missing}")
+            prepare_runs(wanted, state)
+    except Late:
+        return [summarise(name, log.of(name), rounds) for name in names]
+    run = Run(states, rounds, log, threading.Lock())
+    with ThreadPoolExecutor(jobs) as pool:
+        return list(pool.map(run.row, names))
 
 
-def summarise(name: str, costs: dict[str, list[Cost]]) -> dict:
-    """A command as a row of the results."""
-    row: dict = {"what": name, "rounds": max(map(len, costs.values()))}
-    for state, found in costs.items():
-        key = "before_" if state == "before" else ""
-        row[f"{key}cpu_s"] = statistics.median(c.cpu for c in found) if found else None
-        row[f"{key}wall_s"] = statistics.median(c.wall for c in found) or None if found else None
-        row[f"{key}peak_MB"] = statistics.median(c.memory for c in found) or None if found else None
+def summarise(name: str, told: list[dict], rounds: int) -> dict:
+    """A row of the results from the lines of the log: medians, ratios, and why there is no number where there is none."""
+    row: dict = {"what": name}
+    if name in ONCE:
+        kept = (
+            told[-1]
+            if told
+            else {"said": "not measured: ask for it by its name" if name == "make test" else "not measured"}
+        )
+        return row | {key: value for key, value in kept.items() if key != "row"}
+    # A state that takes long was run once, and that counts; else the first one filled the cache.
+    counted = [x for x in told if x["cpu"] is not None and (x["turn"] or x["cpu"] > LONG)]
+    counts = []
+    for key, state in (("", "new"), ("before_", "before")):
+        own = [x for x in counted if x["state"] == state]
+        counts.append(len(own))
+        for of, to in (("cpu", "cpu_s"), ("wall", "wall_s"), ("memory", "peak_MB")):
+            row[key + to] = statistics.median(x[of] for x in own) or None if own else None
+    row["rounds"] = max(counts)
     for what in ("cpu_s", "wall_s", "peak_MB"):
-        now, before = row[what], row.get(f"before_{what}")
+        now, before = row[what], row[f"before_{what}"]
         row[f"{what}_over_before"] = now / before if now and before else None
-    return row | {f"asked_{what}": most for what, most in ASKED.get(name, {}).items()}
+    stopped = sorted({x["state"] for x in told if x["cpu"] is None})
+    if stopped and "UR10" in name and not SERIES.exists():
+        row["said"] = f"needs {SERIES.name} in ../shared/data"
+    elif stopped:
+        row["said"] = f"not finished by: {', '.join(stopped)}"
+    elif row["rounds"] < rounds and not any(x["cpu"] > LONG for x in told):
+        row["said"] = f"{row['rounds']} of {rounds} rounds"
+    return row
 
 
-def section(against: Path | None = None, rounds: int = ROUNDS, names=()) -> list[dict]:
-    """Every command and call, or those whose names hold one of these words."""
-    every = (*WAITS, *FIRST, *CALLS)
-    return measure([n for n in every if not names or any(word in n for word in names)], against, rounds)
+def chosen(words) -> list[str]:
+    """Every row, or those whose names hold one of these words; the suite of tests only by its name."""
+    every = (*IMPORTS, *WAITS, *FIRST, *CALLS, *ONCE)
+    return [n for n in every if any(word in n for word in words) or (not words and n != "make test")]
+
+
+def section(against=None, rounds: int = ROUNDS, words=(), out=None, minutes=None, jobs: int = 1) -> list[dict]:
+    """The rows, and on the terminal what was asked and measured."""
+    data = out / "data" if out else DATA
+    data.mkdir(parents=True, exist_ok=True)
+    until = time.monotonic() + 60.0 * minutes if minutes else float("inf")
+    states = [State("new", OWN, data, until)]
+    if against:  # like PYTHONPATH: the sources first, then packages that only they need
+        source, *packages = against.split(os.pathsep)
+        states.append(State("before", Path(source).resolve(), data, until, tuple(packages)))
+    rows = measure(chosen(words), states, rounds, out, jobs)
+    print(f"\nwhat a user waits for: asked and measured\n{table.section_table(wait_asked.judged(rows))}")
+    return rows

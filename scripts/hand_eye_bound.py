@@ -6,12 +6,13 @@ Poses are reported by the nominal model; the camera has noise of 2 mrad and 1, 1
     x = argmin |V^-1/2 (r + J x)|^2 + |g / s|^2,    V = C + q^2 J_q J_q^T        of frames and DH errors g
 
 With the true noise C, the true spread q of the joints and s of the DH numbers, started at the truth, this is the best linear estimate that
-there is; nobody knows these. Its expected error of X is drawn from its covariance. A row tells, of the track's sequences, the medians (mm):
+there is; nobody knows these. Its expected error of X is drawn from its covariance. A row tells, of the track's sequences, the medians (mm,
+deg):
 ours       by `locate_camera`, which frees the arm where residuals show its errors, and knows none of these numbers
 oracle     of that estimate, on the same sequences
 expected   of that estimate, over drawn noise: median, and the 5 and 95 % of medians of as many sequences
 below      the chance that such a median is below --asked
-best       of KinHEC's eleven solvers, with --solvers
+best       of KinHEC's eleven solvers, with --solvers, and the median ratios of both errors, sequence by sequence: ours and the oracle's
 """
 
 from __future__ import annotations
@@ -20,16 +21,16 @@ import argparse
 from pathlib import Path
 
 import numpy as np
-from hand_eye_tracks import arm_of, benchmark, io, metrics, others, pairs_of, pipeline
+from hand_eye_tracks import arm_of, benchmark, io, make, metrics, others, pairs_of, shards_of
 
-from robocal.geometry import se3
+from robocal.geometry import se3, so3
 from robocal.measure.base import problem
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.session.vision.pose_pairs import locate_camera
 
 CAMERA = (0.001, 0.001, 0.003, 0.002, 0.002, 0.002)  # m, rad: level c2
-DRAWS, STEPS = 20_000, 4
+DRAWS, STEPS, SMALL = 20_000, 4, 1e-6
 
 
 def spread(manifest):
@@ -40,7 +41,7 @@ def spread(manifest):
 
 
 def best_linear(seq):
-    """The error of X (mm) of the best linear estimate, and its covariance (3, 3) (m^2)."""
+    """The errors of X (mm, deg) of the best linear estimate, and its covariance (6, 6) (m, rad, turns about its own axes)."""
     joint, length, angle = spread(seq.manifest)
     jointed = arm_of(seq, seq.robot.T_base_ee_meas[seq.camera.has_measurement])
     machine = jointed.machine
@@ -78,10 +79,14 @@ def best_linear(seq):
         x, moved = made.retract(x, step[None]), moved + step
     covariance = np.linalg.inv(normal) * np.outer(scale, scale)
     found = dict(zip(made.table.names, x[0].tolist(), strict=True))
-    place = se3.from_vector(np.array([found[f"camera.{s}"] for s in FRAME_SYMBOLS]))
-    error = metrics.calibration_errors(place, seq.X, seq.Y, seq.Y)["X_trans_err_mm"]
-    at = [names.index(f"camera.{s}") for s in "xyz"]
-    return error, covariance[np.ix_(at, at)]
+    vector = np.array([found[f"camera.{s}"] for s in FRAME_SYMBOLS])
+    error = metrics.calibration_errors(se3.from_vector(vector), seq.X, seq.Y, seq.Y)
+    at = [names.index(f"camera.{s}") for s in FRAME_SYMBOLS]
+    turns = np.eye(6)
+    own = so3.exp(vector[3:])
+    for k in range(3):
+        turns[3:, 3 + k] = so3.log(own.T @ so3.exp(vector[3:] + SMALL * np.eye(3)[k])) / SMALL
+    return (error["X_trans_err_mm"], error["X_rot_err_deg"]), turns @ covariance[np.ix_(at, at)] @ turns.T
 
 
 def main():
@@ -92,35 +97,48 @@ def main():
     words.add_argument("--asked", type=float, default=0.49)
     words.add_argument("--solvers", action="store_true")
     given = words.parse_args()
-    root = given.folder / given.tier
-    if not (root / "sequences.parquet").exists():
-        pipeline.generate_dataset(given.tier, root, work_dir=given.folder / "work", write_card=False)
-    shards = sorted((root / "robot").glob("robot_error-*.parquet"))
+    root = make(given.folder, given.tier)
+    shards = shards_of(root, "robot_error")
     seqs = [io._load_from_row(root, row) for shard in shards for row in io.read_shard_manifest(shard)]
     ours, oracle, roots, solvers = [], [], [], []
     for k, seq in enumerate(seqs):
         found = locate_camera(pairs_of(seq))
         x = found.camera if seq.eye_in_hand else found.target
-        ours.append(metrics.calibration_errors(x, seq.X, seq.Y, seq.Y)["X_trans_err_mm"])
+        error = metrics.calibration_errors(x, seq.X, seq.Y, seq.Y)
+        ours.append((error["X_trans_err_mm"], error["X_rot_err_deg"]))
         error, covariance = best_linear(seq)
         oracle.append(error)
         roots.append(np.linalg.cholesky(covariance))
         solvers.append(others(seq, k) if given.solvers else {})
-    draws = np.random.default_rng(0).normal(size=(DRAWS, len(seqs), 3))
-    drawn = 1e3 * np.linalg.norm(np.einsum("sij,dsj->dsi", np.array(roots), draws), axis=2)
-    medians = np.median(drawn, axis=1)
-    low, middle, high = np.percentile(medians, [5, 50, 95])
-    print(f"{len(seqs)} sequences: ours {np.median(ours):.2f}, oracle {np.median(oracle):.2f} mm")
-    print(f"expected {middle:.2f} mm, 5 to 95 %: {low:.2f} to {high:.2f}")
-    print(f"chance of a median below {given.asked:g} mm: {100 * np.mean(medians <= given.asked):.2f} %")
+    ours, oracle, names = np.array(ours), np.array(oracle), ("mm", "deg")
+    normal = np.random.default_rng(0).normal(size=(DRAWS, len(seqs), 6))
+    drawn = np.einsum("sij,dsj->dsi", np.array(roots), normal)
+    sizes = 1e3 * np.linalg.norm(drawn[..., :3], axis=2), np.degrees(np.linalg.norm(drawn[..., 3:], axis=2))
+    for k, (unit, size) in enumerate(zip(names, sizes, strict=True)):
+        medians = np.median(size, axis=1)
+        low, middle, high = np.percentile(medians, [5, 50, 95])
+        print(
+            f"{len(seqs)} sequences: ours {np.median(ours[:, k]):.3f}, oracle {np.median(oracle[:, k]):.3f} {unit};",
+            end=" ",
+        )
+        print(f"expected {middle:.3f} {unit}, 5 to 95 %: {low:.3f} to {high:.3f}")
+        if unit == "mm":
+            below = 100 * np.mean(medians <= given.asked)
+            print(f"chance of a median below {given.asked:g} mm: {below:.2f} %")
+        if given.solvers:
+            errors = {s: np.array([one[s][k] if s in one else np.nan for one in solvers]) for s in benchmark.SOLVERS}
+            best = min(errors, key=lambda s: np.nanmedian(errors[s]))
+            paired = [np.nanmedian(some[:, k] / errors[best]) for some in (ours, oracle)]
+            chance = np.mean(np.nanmedian(size / errors[best], axis=1) <= 1)
+            print(
+                f"best of KinHEC's solvers: {np.nanmedian(errors[best]):.3f} {unit} ({best}); paired: ours {paired[0]:.3f},",
+                end=" ",
+            )
+            print(f"oracle {paired[1]:.3f}; of drawn oracles {100 * chance:.1f} % have at most 1.0")
     levels = dict.fromkeys(s.manifest["level"] for s in seqs)
     for level in levels:
         some = [i for i, s in enumerate(seqs) if s.manifest["level"] == level]
-        print(f"  {level}: expected {np.median(drawn[:, some]):.2f} mm, ours {np.median(np.array(ours)[some]):.2f}")
-    if given.solvers:
-        errors = {s: np.median([one[s][0] for one in solvers if s in one]) for s in benchmark.SOLVERS}
-        best = min(errors, key=errors.get)
-        print(f"best of KinHEC's solvers: {errors[best]:.2f} mm ({best})")
+        print(f"  {level}: expected {np.median(sizes[0][:, some]):.2f} mm, ours {np.median(ours[some, 0]):.2f}")
 
 
 if __name__ == "__main__":

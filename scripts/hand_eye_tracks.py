@@ -1,8 +1,13 @@
-"""How well hand-eye calibration does on KinHEC: `python scripts/hand_eye_tracks.py FOLDER [--tier smoke|small] [--limit SECONDS]`.
+"""How well hand-eye calibration does on KinHEC: `python scripts/hand_eye_tracks.py FOLDER [--tier smoke|small] [--shard i/n]`.
 
 KinHEC (PyPI, extra `oracles`) draws robots, cameras and their noise, and has eleven solvers and a scorer. Its sequences are made in
-FOLDER, and every shard of them is answered once: a run that was stopped goes on where it was. `--limit` stops before a further shard.
-FOLDER/TIER-answers keeps what was found of each: without its `*.answers.json` the solvers are not asked again.
+FOLDER, and every one is answered once: FOLDER/TIER-answers has a line for each, so a run that was stopped goes on where it was, on any
+number of processes. Without its `answers*.jsonl` the solvers are not asked again. For many cores:
+    --make            makes the sequences alone
+    --shard i/n       answers every n-th sequence from the i-th on, i from 0, and prints no table
+    --track NAME      one track alone
+    --pool            the table of what was answered, and how many are left
+`--limit SECONDS` stops before a further sequence.
 A row tells, per track and on the sequences that are answered:
 answered   of all, those with the verdict `located`; what the others lack
 ours       median error of X, mm and deg
@@ -19,7 +24,7 @@ import json
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -99,14 +104,26 @@ def others(seq: io.Sequence, seed: int) -> Answer:
     return {r["solver"]: (r["X_trans_err_mm"], r["X_rot_err_deg"]) for r in rows if r["ok"]}
 
 
-def of_shard(root: Path, shard: Path, kept: Path, ask: Callable[[io.Sequence, int], Answer]) -> list[Answer]:
-    """What is said of the sequences of a shard, from the file where it is kept, else anew."""
-    if kept.exists():
-        return list(json.loads(kept.read_text()))
-    out = [ask(io._load_from_row(root, row), k) for k, row in enumerate(io.read_shard_manifest(shard))]
-    whole = kept.with_suffix(".part")
-    whole.write_text(json.dumps(out))
-    whole.replace(kept)  # a run that is stopped leaves whole shards alone
+def make(folder: Path, tier: str) -> Path:
+    """The sequences, made where they are not there."""
+    root = folder / tier
+    if not (root / "sequences.parquet").exists():
+        pipeline.generate_dataset(tier, root, work_dir=folder / "work", write_card=False)
+    return root
+
+
+def shards_of(root: Path, track: str | None) -> list[Path]:
+    """The files of sequences, of all tracks or one."""
+    return sorted((root / "robot").glob(f"{track or '*'}-*.parquet"))
+
+
+def known(kept: Path, what: str) -> dict[str, Answer]:
+    """What was answered, by sequence; the last line of a run that was stopped may be half a line."""
+    out = {}
+    for place in sorted(kept.glob(f"{what}*.jsonl")):
+        for line in place.read_text().splitlines():
+            if line.endswith("}"):
+                out |= json.loads(line)
     return out
 
 
@@ -140,25 +157,45 @@ def main() -> None:
     words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     words.add_argument("folder", type=Path)
     words.add_argument("--tier", default="smoke")
+    words.add_argument("--track")
+    words.add_argument("--shard", default="0/1")
+    words.add_argument("--make", action="store_true")
+    words.add_argument("--pool", action="store_true")
     words.add_argument("--limit", type=float, default=np.inf)
     given = words.parse_args()
-    began, root, kept = time.monotonic(), given.folder / given.tier, given.folder / f"{given.tier}-answers"
+    began, kept = time.monotonic(), given.folder / f"{given.tier}-answers"
+    if given.shard != "0/1" and not (given.folder / given.tier / "sequences.parquet").exists():
+        sys.exit("many processes would make the sequences at once: run --make first")
+    root = make(given.folder, given.tier)
+    if given.make:
+        return
     kept.mkdir(parents=True, exist_ok=True)
-    if not (root / "sequences.parquet").exists():
-        pipeline.generate_dataset(given.tier, root, work_dir=given.folder / "work", write_card=False)
-    tracks: dict[str, list[Answer]] = {}
-    left = 0
-    for shard in sorted((root / "robot").glob("*.parquet")):
-        places = [kept / f"{shard.stem}.{what}.json" for what in ("solvers", "answers")]
-        if not all(p.exists() for p in places) and time.monotonic() - began > given.limit:
-            left += 1
+    part, parts = map(int, given.shard.split("/"))
+    rows = [(k, row) for shard in shards_of(root, given.track) for k, row in enumerate(io.read_shard_manifest(shard))]
+    asks = {"solvers": others, "answers": answer}
+    done = {what: known(kept, what) for what in asks}
+    for k, row in [] if given.pool else rows[part::parts]:
+        lacking = [what for what in asks if row["sequence_id"] not in done[what]]
+        if not lacking:
             continue
-        known, found = (of_shard(root, shard, p, ask) for p, ask in zip(places, (others, answer), strict=True))
-        for one, solvers in zip(found, known, strict=True):
-            tracks.setdefault(one["track"], []).append({**one, "solvers": solvers})
+        if time.monotonic() - began > given.limit:
+            break
+        seq = io._load_from_row(root, row)
+        for what in lacking:
+            line = {row["sequence_id"]: asks[what](seq, k)}
+            done[what] |= line
+            with (kept / f"{what}-{part}-of-{parts}.jsonl").open("a") as file:
+                file.write(f"{json.dumps(line)}\n")
+    if parts > 1 and not given.pool:
+        return
+    tracks: dict[str, list[Answer]] = {}
+    names = [row["sequence_id"] for _, row in rows]
+    for name in (n for n in names if all(n in some for some in done.values())):
+        one = done["answers"][name]
+        tracks.setdefault(one["track"], []).append({**one, "solvers": done["solvers"][name]})
     tell(tracks)
-    if left:
-        print(f"{left} shards are left: run it again")
+    if left := len(names) - sum(map(len, tracks.values())):
+        print(f"{left} of {len(names)} sequences are left: run it again")
 
 
 def tell(tracks: Mapping[str, list[Answer]]) -> None:

@@ -21,6 +21,7 @@ TITLES = (
     "Cable robots",
     "Images of a target",
     "Maps of markers, and cameras on robots",
+    "Motors and their logs",
 )
 
 

@@ -86,9 +86,10 @@ CASES = {
 
 @dataclass
 class Rig:
-    """The truth: joint values of views and of new poses (rad), T_base_tool of both, T_hand_camera or T_base_camera, poses of the
-    markers (M, 4, 4) on the other side, the lens, and which markers each view shows."""
+    """The truth: numbers of the arm by name, joint values of views and of new poses (rad), T_base_tool of both, T_hand_camera or
+    T_base_camera, poses of the markers (M, 4, 4) on the other side, and the lens."""
 
+    arm: dict[str, float]
     joints: np.ndarray
     tool: np.ndarray
     camera: np.ndarray
@@ -156,7 +157,7 @@ def draw(case, seed):
     else:
         sys.exit("too few poses at which the camera sees markers")
     joints = joints[:want]
-    return Rig(joints, reach(true, joints)[0], camera, markers, lens)
+    return Rig(off, joints, reach(true, joints)[0], camera, markers, lens)
 
 
 def photograph(case, rig, folder, watch):

@@ -1,4 +1,4 @@
-"""How well one estimate from images and encoders does on the thesis' rig: `python scripts/thesis_rig.py RIG.yaml FOLDER`.
+"""How well one estimate from images and encoders does on the thesis' rig: `python scripts/thesis_rig.py RIG.yaml FOLDER --seeds 0-39`.
 
 RIG.yaml is `thesis-rig.yaml`. Each seed draws a rig: anchors, camera, lens, markers, poses, tensions and noise. Its files are written to
 FOLDER as a user would have them: robot.yaml, lengths.yaml, pixels.yaml and their tables. `robocal identify` makes a run of them, and
@@ -11,8 +11,9 @@ map Z      largest error of the height of a corner, aligned, mm; a marker that a
 predicted  sigma of the poses in the frame of marker 0, as `cable forward` has it, mm
 chi2       of all errors of the robot's, camera's and markers' numbers, by the covariance that the run states, per number
 --case chooses how the lens was calibrated: `real` (OpenCV, 20 views), `dome15` and `dome50` (k1 wrong by 0.015 and 0.05), `tight` (by 0.015
-with a prior of 0.0005), `narrow` (fx 1500, 0.5 px). A seed takes about half a minute. Rows are appended to FOLDER/CASE.jsonl; seeds that
-stand there are not computed again.
+with a prior of 0.0005), `narrow` (fx 1500, 0.5 px). A seed takes some 15 s of CPU, with --images 200 s.
+A result is FOLDER/rows/CASE-SEED.json; what stands there is not computed again. `--seeds 0-39 --jobs 16` uses many cores (set
+OMP_NUM_THREADS=1). `--pool FOLDER` prints, of every case in a folder of results, what was asked and measured.
 """
 
 from __future__ import annotations
@@ -21,7 +22,11 @@ import argparse
 import csv
 import json
 import time
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import nullcontext
 from dataclasses import dataclass
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -196,7 +201,7 @@ def numbers(values, digits=6):
     return "[" + ", ".join(f"{v:.{digits}f}" for v in values) + "]"
 
 
-def write(said, folder, rig, rng, camera, case, images=False):
+def write(said, folder, rig, rng, camera, case, images=False, through=True):
     """The files that a user has."""
     folder.mkdir(parents=True, exist_ok=True)
     many = said["poses"]["calibration"]
@@ -231,7 +236,7 @@ def write(said, folder, rig, rng, camera, case, images=False):
         rows += [[f"p{p}", f"m{m}", k, f"{u:.4f}", f"{v:.4f}"] for k, (u, v) in enumerate(uv.tolist())]
     table(folder / "pixels.csv", ["id", "marker", "corner", "u", "v"], rows)
     if images:
-        photograph(rig, rng, folder, camera)
+        photograph(rig, rng, folder, camera, through)
         noise = "{columns: [su, sv]}"
     wide = said["prior_used"]
     px, bend = (1.0, TIGHT) if case == "tight" else (wide["focal_and_centre_px"], wide["distortion"])
@@ -304,10 +309,7 @@ def two_stages(said, rig, folder, camera):
     """The figures of the way in two stages: a map from images alone, with the lens as calibrated; then the robot, with lens and map
     held."""
     resolution = camera["resolution"]
-    words = ", ".join(f"{s}: {v:.8g}" for s, v in zip(SYMBOLS, rig.given_lens, strict=True))
-    (folder / "lens.yaml").write_text(
-        f"robocal: 1\nkind: lens\nmodel: brown\nimage: {resolution}\nnumbers: {{{words}}}\n", encoding="utf-8"
-    )
+    write_lens(rig, folder, resolution)
     with (folder / "pixels.csv").open(encoding="utf-8") as file:
         rows = [[r["id"], r["marker"][1:], r["corner"], r["u"], r["v"]] for r in csv.DictReader(file)]
     table(folder / "corners.csv", ["view", "marker", "corner", "u", "v"], rows)
@@ -334,8 +336,17 @@ def two_stages(said, rig, folder, camera):
     return verify(folder, rig, said, place, "staged")
 
 
-def photograph(rig, rng, folder, camera):
-    """Draws the images, finds their corners, and puts these in the place of pixels.csv."""
+def write_lens(rig, folder, resolution):
+    """The lens as calibrated, as a file; its place."""
+    words = ", ".join(f"{s}: {v:.8g}" for s, v in zip(SYMBOLS, rig.given_lens, strict=True))
+    (folder / "lens.yaml").write_text(
+        f"robocal: 1\nkind: lens\nmodel: brown\nimage: {resolution}\nnumbers: {{{words}}}\n", encoding="utf-8"
+    )
+    return folder / "lens.yaml"
+
+
+def photograph(rig, rng, folder, camera, through=True):
+    """Draws the images, finds their corners, `through` the calibrated lens, and puts these in the place of pixels.csv."""
     import cv2
 
     from robocal.files.images import family_cells
@@ -352,13 +363,16 @@ def photograph(rig, rng, folder, camera):
     ]
     how = Photograph(blur=BLUR, noise=GREY)
     for p in sorted({p for p, _, _ in rig.seen}):
+        if (images / f"p{p}.png").is_file():  # of a run before
+            continue
         back = se3.inverse(rig.poses[p] @ rig.eye)
         near = [(s, back @ t) for s, t in zip(sheets, rig.markers, strict=True) if (back @ t)[2, 3] > 0.1]
         near = [(s, t) for s, t in near if np.hypot(*t[:2, 3]) < 1.5 * t[2, 3]]
         cv2.imwrite(
             str(images / f"p{p}.png"), render(near, rig.lens, size, how, texture(size, int(rng.integers(1 << 30))), rng)
         )
-    rc.camera.detect(images, dictionary=FAMILY, size=1e3 * rig.printed, output=folder / "found.csv", force=True)
+    lens = {"lens": write_lens(rig, folder, list(size))} if through else {}
+    rc.camera.detect(images, dictionary=FAMILY, size=1e3 * rig.printed, output=folder / "found.csv", force=True, **lens)
     with (folder / "found.csv").open(encoding="utf-8") as file:
         head, *rows = list(csv.reader(file))
     view, marker = head.index("view"), head.index("marker")
@@ -417,54 +431,149 @@ def verify(folder, rig, said, known=None, run="run"):
     return judge(rig, markers, anchors, se3.from_vector(vector.astype(float)), sigma, true)
 
 
+def name_of(given):
+    """Of what is run, as results are filed."""
+    return given.case + "-images" * given.images + "-blind" * (given.images and given.without_lens)
+
+
+def one(given, said, seed):
+    """A seed: drawn, identified, verified."""
+    case = name_of(given)
+    folder = given.folder / (given.case + "-images" * given.images) / str(seed)
+    rig, rng, camera = draw(said, seed, given.case)
+    write(said, folder, rig, rng, camera, given.case, given.images, not given.without_lens)
+    if given.draw:
+        return None
+    began = time.process_time()
+    data = [folder / "lengths.yaml", folder / "pixels.yaml"]
+    made = rc.identify(folder / "robot.yaml", data, output=folder / "run", force=True, leave_one_out=False)
+    row = verify(folder, rig, said) | agreement(rig, folder / "run")
+    row |= {"cpu s": time.process_time() - began}
+    if given.two_stages:
+        staged = two_stages(said, rig, folder, camera)
+        row |= {f"staged {k}": staged[k] for k in ("aligned mm", "aligned deg", "marker 0 mm", "map Z mm")}
+    remarks = made.result.remarks
+    codes = list(dict.fromkeys(r.code for r in remarks if r.code in NAMED))
+    against = [r.numbers for r in remarks if r.code == "prior-contradicted"]
+    row |= {"lens sigma": float(max((n["z"] for n in against if n["owner"] == "lens"), default=0.0))}
+    why = [r.code for r in made.result.verdict.remarks]
+    return {"case": case, "seed": seed, "verdict": made.result.verdict.status, "named": codes, "why": why} | row
+
+
+def attempt(given, said, seed):
+    """A seed as it stands in its file: a failure is told, for others go on."""
+    try:
+        return one(given, said, seed)
+    except Exception as failure:
+        case = name_of(given)
+        return {"case": case, "seed": seed, "failed": f"{type(failure).__name__}: {failure}"[:300]}
+
+
+def seeds_of(word):
+    """`0-39`, `7`, or `0,3,5-8`."""
+    out = []
+    for part in word.split(","):
+        low, _, high = part.partition("-")
+        out += range(int(low), int(high or low) + 1)
+    return out
+
+
 def main():
     """Draws, identifies, verifies and prints."""
     words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    words.add_argument("rig", type=Path)
-    words.add_argument("folder", type=Path)
+    words.add_argument("rig", type=Path, nargs="?")
+    words.add_argument("folder", type=Path, nargs="?")
     words.add_argument("--case", default="real", choices=["real", *DOMES, "narrow"])
-    words.add_argument("--seeds", type=int, default=40)
-    words.add_argument("--first", type=int, default=0)
+    words.add_argument("--seeds", type=seeds_of, default=seeds_of("0-39"), help="0-39, or 0,3,5-8")
+    words.add_argument("--jobs", type=int, default=1, help="seeds at the same time")
+    words.add_argument("--rows", type=Path, help="folder of results, one file a seed; otherwise FOLDER/rows")
+    words.add_argument(
+        "--pool", type=Path, help="compute nothing: tell what was asked and measured, of a folder of results"
+    )
     words.add_argument(
         "--two-stages", action="store_true", help="beside it the map first, then the robot with the map held"
     )
     words.add_argument("--images", action="store_true", help="corners from drawn images: texture, blur 0.8 px, noise 5")
+    words.add_argument(
+        "--without-lens", action="store_true", help="with --images: corners found without the calibrated lens"
+    )
     words.add_argument("--draw", action="store_true", help="write the files alone")
     given = words.parse_args()
+    if given.pool:
+        pool(given.pool)
+        return
+    if given.folder is None:
+        words.error("RIG.yaml and FOLDER are needed, or --pool")
     said = YAML(typ="safe").load(given.rig.read_text(encoding="utf-8"))
-    given.folder.mkdir(parents=True, exist_ok=True)
-    case = given.case + "-images" * given.images
-    record = given.folder / f"{case}.jsonl"
-    done = {r["seed"]: r for r in map(json.loads, record.read_text().splitlines())} if record.is_file() else {}
-    wanted = range(given.first, given.first + given.seeds)
-    for seed in wanted:
-        folder = given.folder / case / str(seed)
-        if seed in done:
+    records = given.rows or given.folder / "rows"
+    records.mkdir(parents=True, exist_ok=True)
+    case = name_of(given)
+    known = {p: json.loads(p.read_text(encoding="utf-8")) for p in records.glob(f"{case}-*.json")}
+    done = {r["seed"] for r in known.values() if r["case"] == case and "failed" not in r}
+    wanted = [s for s in given.seeds if s not in done]
+    with ProcessPoolExecutor(given.jobs, mp_context=get_context("spawn")) if given.jobs > 1 else nullcontext() as crew:
+        each = (
+            as_completed([crew.submit(attempt, given, said, s) for s in wanted])
+            if crew
+            else (attempt(given, said, s) for s in wanted)
+        )
+        for row in each:
+            row = row.result() if crew else row
+            if row is not None:
+                (records / f"{case}-{row['seed']}.json").write_text(json.dumps(row) + "\n", encoding="utf-8")
+                print(told(row), flush=True)
+    if not given.draw:
+        pool(records)
+
+
+def pool(folder):
+    """Tells, of every case in a folder of results, what was asked and measured."""
+    rows = [json.loads(p.read_text(encoding="utf-8")) for p in sorted(folder.rglob("*.json"))]
+    for case in sorted({r["case"] for r in rows}):
+        some = sorted((r for r in rows if r["case"] == case), key=lambda r: r["seed"])
+        for r in some:
+            if "failed" in r:
+                print(f"{case} {r['seed']} FAILED: {r['failed']}")
+        some = [r for r in some if "failed" not in r]
+        if not some:
             continue
-        rig, rng, camera = draw(said, seed, given.case)
-        write(said, folder, rig, rng, camera, given.case, given.images)
-        if given.draw:
-            continue
-        began = time.process_time()
-        data = [folder / "lengths.yaml", folder / "pixels.yaml"]
-        made = rc.identify(folder / "robot.yaml", data, output=folder / "run", force=True, leave_one_out=False)
-        row = verify(folder, rig, said) | agreement(rig, folder / "run")
-        if given.two_stages:
-            staged = two_stages(said, rig, folder, camera)
-            row |= {f"staged {k}": staged[k] for k in ("aligned mm", "aligned deg", "marker 0 mm", "map Z mm")}
-        codes = list(dict.fromkeys(r.code for r in made.result.remarks if r.code in NAMED))
-        about = {"seed": seed, "verdict": made.result.verdict.status, "named": codes}
-        done[seed] = about | row | {"cpu s": time.process_time() - began}
-        with record.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(done[seed]) + "\n")
-        print(told(done[seed]), flush=True)
-    rows = [done[s] for s in wanted if s in done]
-    if rows:
-        middle = {k: float(np.median([r[k] for r in rows])) for k in rows[0] if k not in ("seed", "verdict", "named")}
-        pooled = [np.sqrt(np.mean([r[k] ** 2 for r in rows])) for k in ("marker 0 mm", "predicted")]
-        print(f"{case}, median of {len(rows)}: {figures(middle)}")
-        print(f"worst: {figures({k: max(r[k] for r in rows) for k in middle})}")
-        print(f"pooled rms over predicted (frame of marker 0): {pooled[0] / pooled[1]:.2f}")
+        keys = [k for k, v in some[0].items() if isinstance(v, float)]
+        keys = [k for k in keys if all(k in r for r in some)]
+        middle = {k: float(np.median([r[k] for r in some])) for k in keys}
+        rms = [np.sqrt(np.mean([r[k] ** 2 for r in some])) for k in ("marker 0 mm", "predicted")]
+        verdicts = Counter(r["verdict"] for r in some)
+        print(f"{case}: {len(some)} seeds, {', '.join(f'{k} {v}' for k, v in verdicts.items())}")
+        said = Counter(c for r in some for c in (*r["named"], *r["why"]))
+        print(f"  said: {', '.join(f'{k} {v}' for k, v in said.most_common()) or 'nothing'}")
+        worst = {k: max(r[k] for r in some) for k in keys}
+        print(f"  median {figures(middle)}\n  worst  {figures(worst)}")
+        told_asked(case, middle | {"pooled": float(rms[0] / rms[1])}, worst, some)
+
+
+ASKED = {"aligned mm": 3.0, "aligned deg": 0.6, "marker 0 mm": 3.7, "a mm": 6.7, "map Z mm": 3.3, "pooled": 1.1}
+NARROW = {"aligned mm": 3.3, "marker 0 mm": 5.8, "a mm": 11.0}
+STAGED = {"dome15": (25, 37), "dome50": (73, 114)}
+FROM_IMAGES = 3.5, 6.0  # aligned, mm: median and worst
+BEYOND = 5.0  # sigma at which the lens is named, where its prior is tight
+
+
+def told_asked(case, middle, worst, rows):
+    """Asked against measured, a line each."""
+    if "-images" in case:
+        half, all_ = FROM_IMAGES
+        lines = [("aligned mm", middle["aligned mm"], f"<= {half}", middle["aligned mm"] <= half),
+                 ("worst aligned mm", worst["aligned mm"], f"<= {all_}", worst["aligned mm"] <= all_)]  # fmt: skip
+    else:
+        lines = [(k, middle[k], f"<= {v}", middle[k] <= v) for k, v in (NARROW if case == "narrow" else ASKED).items()]
+    if case == "tight":
+        least = min(r["lens sigma"] for r in rows)
+        lines = [("least sigma of the lens", least, f"> {BEYOND}", least > BEYOND)]
+    if case in STAGED and "staged aligned mm" in middle:
+        low, high = STAGED[case]
+        lines += [(f"staged {k} mm", middle[f"staged {k} mm"], f"{low} to {high}", low <= middle[f"staged {k} mm"] <= high)
+                  for k in ("aligned", "marker 0")]  # fmt: skip
+    for name, value, bound, met in lines:
+        print(f"  {name:24} asked {bound:10} measured {value:8.2f}  {'met' if met else 'NOT MET'}")
 
 
 def figures(row):
@@ -474,8 +583,12 @@ def figures(row):
 
 def told(row):
     """A seed in a line."""
-    numbers_ = {k: v for k, v in row.items() if k not in ("seed", "verdict", "named")}
-    return f"{row['seed']}: {row['verdict']}  {figures(numbers_)}  {', '.join(row['named'])}"
+    if "failed" in row:
+        return f"{row['case']} {row['seed']}: FAILED {row['failed']}"
+    numbers_ = {k: v for k, v in row.items() if isinstance(v, float)}
+    return (
+        f"{row['case']} {row['seed']}: {row['verdict']}  {figures(numbers_)}  {', '.join((*row['named'], *row['why']))}"
+    )
 
 
 NAMED = (

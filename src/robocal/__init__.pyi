@@ -191,6 +191,7 @@ def identify(
     region: str | None = None,
     method: str = 'lm',
     compare: str | None = None,
+    two_stages: bool = False,
     loss: str = 'none',
     hold_out: str | float | None = None,
     group_by: str | None = None,
@@ -223,6 +224,7 @@ def identify(
     region: Where the robot works: a list of poses, or ranges of joints; measured: the measured range is enough.  [default: joint limits that you wrote (not those of a catalogue robot), else where it was measured]
     method: lm, gauss-newton, ekf, particle; to compare with: pinv (iterated pseudo-inverse), lse (one step), ekf-100.
     compare: Try several estimators on the same split, side by side: say lm,ekf,lse; alone: all that are worth it.
+    two_stages: Also identify in two stages, on the same split: a map of the markers from images alone, then the robot with that map.
     loss: none, huber, cauchy, tukey: reduces the weight of outliers.
     hold_out: Share of configurations held out, 0 to 0.5; blocks: rows in time order; group: whole groups.  [default: stated groups; else 0.2 from 25 places on, or 5 folds where that is likely to prove too little]
     group_by: The column whose groups are held out together.

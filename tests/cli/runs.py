@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from advised import advice_heard, lacking, verb_of
 from simulated import simulation_files, true_chain
 
 from robocal.cli.main import main
@@ -72,10 +73,14 @@ class Ran:
 
 
 def robocal(*arguments: object, verbose: bool = True) -> Ran:
-    """A command in this process, with all that it has to say; tests of what it says otherwise are in report/test_brief.py."""
+    """A command in this process, with all that it has to say; tests of what it says otherwise are in report/test_brief.py. What it advises
+    it can do: every option that is named is one of its own, or stands beside the verb that has it."""
     out, err = io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        status = main([*map(str, arguments), *(["--verbose"] if verbose else [])])
+    words = [*map(str, arguments), *(["--verbose"] if verbose else [])]
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), advice_heard() as heard:
+        status = main(words)
+    verb = verb_of(words)
+    assert not (wrong := lacking(verb, heard)), f"{verb} advises options that it has not: {wrong}"
     return Ran(status, out.getvalue(), err.getvalue())
 
 

@@ -30,6 +30,19 @@ QUICK = (
 )
 # Obeyed by a test of their own, above which a comment says so: `# obeys: CODE`.
 OTHER = {
+    "drive-one-direction": "session/test_drive_logs.py",
+    "drive-under-turn": "session/test_drive_logs.py",
+    "drive-orders-unseen": "session/test_drive_logs.py",
+    "drive-other-reading": "session/test_drive_logs.py",
+    "drive-explains-little": "session/test_drive_logs.py",
+    "drive-speed-hides": "session/test_drive_logs.py",
+    "drive-gear": "session/test_drive_logs.py",
+    "drive-slots-unlike": "session/test_drive_logs.py",
+    "drive-other-motor": "session/test_drive_logs.py",
+    "drive-other-zero": "session/test_drive_logs.py",
+    "drive-flag": "session/test_drive_logs.py",
+    "drive-escaped": "session/test_drive_logs.py",
+    "drive-table-lost": "session/test_drive_logs.py",
     "band-blind": "unit/test_total.py",
     "camera-drift": "prove/test_camera_drift.py",
     "clocks-apart": "session/test_hand_eye_unknowns.py",
@@ -107,6 +120,9 @@ OTHER = {
     "view-exchanged": "diagnose/test_views.py",
     "views-exchanged": "diagnose/test_views.py",
 }
+OTHER |= dict.fromkeys(
+    ("hand-eye-few-views", "hand-eye-not-explained", "hand-eye-not-converged"), "cli/test_hand_eye_wrong_rows.py"
+)
 OTHER |= dict.fromkeys(("frame-moved", "frame-elsewhere", "phantom-mixed"), "diagnose/test_frame_steps.py")
 OTHER |= dict.fromkeys(("view-of-another", "corners-reordered", "target-unit"), "prove/test_cable_camera_mistakes.py")
 OTHER |= dict.fromkeys(

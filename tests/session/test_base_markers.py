@@ -18,6 +18,8 @@ from robocal.vision.sightings import find_islands
 
 NEAR = 0.08, 0.08  # m, rad: far less than markers are apart, and near enough for any fit
 
+ISLAND = 0.3  # m: anchors are off by 30 mm, which tilts the platform by a tenth of a radian and more
+
 
 @pytest.fixture(scope="module")
 def rig(shared_data):
@@ -73,18 +75,20 @@ def test_a_marker_that_one_view_shows_is_left_out(rig):
     assert [names[i] for i in kept.target] == shown
 
 
-def test_what_alone_says_where_a_view_is_stays(rig):
-    """A view that shows nothing else would lose its place."""
+@pytest.mark.parametrize("measured", [True, False])
+def test_what_alone_says_where_a_view_is_stays(rig, measured):
+    """A view that shows nothing else would lose its place, unless lengths tell it."""
     data = unplaced(rig, known=True)
     pixels, lengths = data.observations
     view = pixels.configuration[pixels.target == 7][0]
     some = pixels.take(np.flatnonzero((pixels.target == 7) == (pixels.configuration == view)))
-    known = replace(data, observations=(some, lengths))
-    assert leave_lone_targets(known) == (known, ())
+    known = replace(data, observations=(some, lengths) if measured else (some,))
+    less, left = leave_lone_targets(known)
+    assert ("m7" in left) == ("m7" not in {t.name for t in less.observations[0].targets}) == measured
     assert leave_lone_targets(rig.data) == (rig.data, ())
 
 
-def test_markers_that_no_view_joins_to_the_others_do_not_keep_those_from_their_map(rig):
+def test_markers_that_no_view_joins_to_the_others_stand_where_the_machine_says(rig):
     data = unplaced(rig, known=True)
     pixels, lengths = data.observations
     views = np.unique(pixels.configuration[pixels.target == 7])[:2]
@@ -96,7 +100,8 @@ def test_markers_that_no_view_joins_to_the_others_do_not_keep_those_from_their_m
     assert len(joined) > 10 and 7 not in joined
     off = se3.from_vector([t.value for t in placed.targets])[joined, :3, 3] - true_places(rig)[joined, :3, 3]
     assert np.linalg.norm(off, axis=1).max() < NEAR[0]
-    assert not any(placed.targets[7].value)
+    off = np.array(placed.targets[7].value[:3]) - true_places(rig)[7, :3, 3]
+    assert np.linalg.norm(off) < ISLAND
 
 
 def test_a_marker_that_another_camera_sees_as_well_stays(rig):

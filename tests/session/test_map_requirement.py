@@ -7,6 +7,7 @@ import os
 import numpy as np
 import pytest
 from lens_world import LENS, SIZE, turn
+from map_first_order import FirstOrder
 
 from robocal._record import replace
 from robocal.errors import ModelError
@@ -45,43 +46,70 @@ def plan(size=0.06, height=0.0, tilt=0.0):
     return lay_out(5, 4, (1.0, 0.7), size, height, tilt)
 
 
+@pytest.mark.parametrize(("size", "height"), [(0.06, 0.0), (0.06, 0.15), (0.12, 0.0)], ids=["flat", "raised", "large"])
+def test_what_is_predicted_is_what_first_order_theory_says(size, height):
+    """By differences of a camera that are written in the tests: errors of map and lens that were found together move a camera together."""
+    views, there = cameras(12), plan(size, height)
+    told = predict_map(there, views, lens(), NOISE, SIZE)
+    theory = first_order(there, views)
+    count = 6 * len(there.names)
+    np.testing.assert_allclose(np.diag(told.map.covariance), np.diag(theory.covariance)[:count], rtol=1e-3)
+    np.testing.assert_allclose(
+        told.camera, theory.camera, rtol=2e-3, atol=2e-3 * np.abs(theory.camera).max(axis=(1, 2)).min()
+    )
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("size", "height"), [(0.06, 0.0), (0.06, 0.15), (0.12, 0.0)], ids=["flat", "raised", "large"])
 def test_maps_and_poses_scatter_as_predicted(size, height):
-    """Chi-square of the map, and of the camera in it, by the covariances that were predicted, lens drawn anew each time. With ROBOCAL_FULL=1
-    of 200 rigs, and errors along x and y, and along z, within 10 %: a lens moves all cameras together, so that few rigs say little of these.
+    """Chi-square of the map, and of the camera in it, by the covariances that were predicted, lens drawn anew each time; and errors of the
+    camera are those that theory has of the same noise, so that few rigs tell whether the prediction holds.
+
+    With ROBOCAL_FULL=1 of 200 rigs, and errors along x and y, and along z, within 10 % of what is predicted, chance aside: a lens moves
+    all cameras together, so that 200 rigs are 200 numbers, and their rms scatters by 5 %. Theory of the same noise says how far these were off.
     """
     views, there = cameras(12), plan(size, height)
-    told = predict_map(there, views, lens(), NOISE, SIZE)
-    count = 200 if FULL else 5
-    map_off, camera_off, map_square, camera_square = [], [], [], []
+    told, theory = predict_map(there, views, lens(), NOISE, SIZE), first_order(there, views)
+    count = 200 if FULL else 3
+    map_off, camera_off, map_square, camera_square, expected = [], [], [], [], []
     for seed in range(count):
         rng = np.random.default_rng(300 + seed)
-        numbers = [v + rng.normal() * KNOWN.get(s, 0.0) for s, v in LENS.items()]
+        off_by = np.array([rng.normal() * KNOWN.get(s, 0.0) for s in LENS])
         sights = project_map(there, views, np.array(list(LENS.values())), SIZE)
-        sights = replace(sights, pixels=seen_through(there, views, sights, np.array(numbers)))
-        seen = np.bincount(sights.marker, minlength=len(there.names))
-        table = corner_table(told.map, views, sights, seen, NOISE, SIZE)
-        found = fit_map(noisy(table, rng), lens(), "none")
+        seen = seen_through(there, views, sights, np.array(list(LENS.values())) + off_by)
+        sights = replace(sights, pixels=seen)
+        many = np.bincount(sights.marker, minlength=len(there.names))
+        table = corner_table(told.map, views, sights, many, NOISE, SIZE)
+        first, second = noisy(table, rng), noisy(table, rng)
+        found = fit_map(first, lens(), "none")
         off, moved = error_of(found.map, told.map)
         map_off.append(off)
         map_square.append(off.ravel() @ np.linalg.pinv(told.map.covariance, rcond=1e-9, hermitian=True) @ off.ravel())
-        held = locate_views(noisy(table, rng), moved, found.lens)
+        held = locate_views(second, moved, found.lens)
         v, w = se3.displacement(held.poses, views[[int(i) - 1 for i in held.ids]])
         camera_off.append(np.concatenate([v, w], axis=1))
         camera_square.append(
             np.einsum("ui,uij,uj->u", camera_off[-1], np.linalg.inv(told.camera), camera_off[-1]).mean()
         )
+        noise = [t.pixels.value - table.pixels.value for t in (first, second)]
+        expected.append(-theory.errors(-off_by[: len(KNOWN)], *noise))
     share = np.mean(map_square) / (6 * len(told.map.names) - 6), np.mean(camera_square) / 6
-    e, p, c = told.errors, np.concatenate(map_off), np.concatenate(camera_off)
+    e, p, c, same = told.errors, np.concatenate(map_off), np.concatenate(camera_off), np.concatenate(expected)
     got = [np.sqrt(np.mean(a**2)) for a in (p[:, :2], p[:, 2], c[:, :2], c[:, 2])]
     ratio = np.array(got) / [e.map_xy, e.map_z, e.camera_xy, e.camera_z]
-    print("chi2 / dof:", np.round(share, 3), "seen over predicted:", ratio.round(3))
+    chance = np.sqrt([np.mean(same[:, :2] ** 2), np.mean(same[:, 2] ** 2)]) / [e.camera_xy, e.camera_z]
+    print("chi2 / dof:", np.round(share, 3), "seen over predicted:", ratio.round(3), "of it chance:", chance.round(3))
     assert 0.85 < share[0] < 1.15 and 0.6 < share[1] < 1.5
-    assert not FULL or np.abs(ratio[:3] - 1).max() < 0.1
-    if FULL and height and ratio[3] > 1.1:  # 1.118 in 200 rigs: open, the cause is not known
-        pytest.xfail(f"the camera's height among raised markers: {ratio[3]:.3f} times what was predicted")
-    assert not FULL or abs(ratio[3] - 1) < 0.1
+    assert np.abs(ratio[2:] / chance - 1).max() < 0.05 and np.corrcoef(same.ravel(), c.ravel())[0, 1] > 0.99
+    assert not FULL or (np.abs(ratio[:2] - 1).max() < 0.1 and np.abs(chance - 1).max() < 0.15)
+
+
+def first_order(there, views):
+    """Theory of these markers and cameras."""
+    numbers = np.array(list(LENS.values()))
+    known = [list(LENS).index(s) for s in KNOWN]
+    sights = project_map(there, views, numbers, SIZE)
+    return FirstOrder(there, views, sights, numbers, known, NOISE).solve(np.diag(np.square(list(KNOWN.values()))))
 
 
 def seen_through(there, views, sights, numbers):

@@ -22,7 +22,7 @@ from robocal.files.cable.write import describe_cable
 from robocal.geometry import se3
 from robocal.measure.data import Observations
 from robocal.prove.identify import identify
-from robocal.session.cable.cable_opened import payload_rows
+from robocal.session.cable.payload import payload_rows
 
 CELL = 0.5  # N
 COM = np.array([0.01, -0.02, 0.03])

@@ -7,11 +7,31 @@ import os
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
+from importlib import import_module
+from types import ModuleType
 from typing import Any, NoReturn
 
 __all__ = ["main", "run_command"]
 
 RARELY = 10_000  # new objects between two looks for garbage: a command makes few circles
+
+
+PLUGINS = "pydantic.plugin._loader"
+
+
+class _NoPlugins(ModuleType):
+    """What finds no plugins for pydantic, and so needs nothing of `importlib.metadata`, which is 20 modules. Asked for anything else, it
+    gives way to the module whose name it has."""
+
+    def get_plugins(self) -> tuple[()]:
+        """None."""
+        return ()
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        sys.modules.pop(PLUGINS, None)
+        return getattr(import_module(PLUGINS), name)
 
 
 def _build() -> Any:
@@ -26,9 +46,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if "numpy" not in sys.modules:
         # The matrices of a command are small: more threads of BLAS only wait for each other, at half as much processor time again.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    os.environ.setdefault(
-        "PYDANTIC_DISABLE_PLUGINS", "__all__"
-    )  # else it looks for some in every package that is installed
+    # Else it looks for some in every package that is installed.
+    if os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__") == "__all__":
+        sys.modules.setdefault(PLUGINS, _NoPlugins(PLUGINS))
     gc.disable()  # what is imported stays; the progress bar's first event puts the collector back to work
     usual = gc.get_threshold()
     gc.set_threshold(RARELY, *usual[1:])

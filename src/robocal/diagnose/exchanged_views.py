@@ -1,4 +1,9 @@
-"""Two views that fit each other's place, in whichever instruments they are."""
+"""Two views that fit each other's place, in whichever instruments they are.
+
+    e_ij = what view i leaves at the place of view j,    off: e_ii > f median e_kk
+
+A view that is off and leaves at j no more than is usual, and a fraction of what it leaves at its own, belongs there.
+"""
 
 from __future__ import annotations
 
@@ -6,22 +11,54 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from robocal._types import Array, Bools
 from robocal.diagnose.check_registry import Finding, doubt
+from robocal.diagnose.limits import EXPLAINED_CLEARLY, VIEW_FITS
 from robocal.diagnose.outliers import Outlier
 from robocal.diagnose.view_causes import VIEW_EXCHANGED
+from robocal.fit.noise import median
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Quantity
 
-__all__ = ["VIEWS_EXCHANGED", "exchanged_views"]
+__all__ = ["VIEWS_EXCHANGED", "exchanged_views", "far_views", "places_of_views"]
+
+TYPICAL = 3  # grid: views of which it is known what is usual
 
 VIEWS_EXCHANGED = declare(
     "views-exchanged",
     "views {view} and {partner} of {instruments} are exchanged[, of all {every} instruments that saw both: it is their joint values]: each "
     "fits the place of the other, and with that the error of the worse falls from {stated:.3g} to {left:.3g}",
-    "Exchange the joint values (or lengths) of the two in {files}, or the numbers of their images there.",
+    "Exchange the joint values, lengths or poses of the two in {files}, or the numbers of their images there.",
 )
+
+
+def far_views(own: Array) -> Bools:
+    """Which views leave more at their own place (n,) than is usual; NaN is not known."""
+    known = own[np.isfinite(own)]
+    return own > VIEW_FITS * median(known) if len(known) >= TYPICAL else np.zeros(len(own), dtype=bool)
+
+
+def places_of_views(error: Array) -> Iterator[tuple[int, int, bool]]:
+    """Every view that is off and fits another place, by what it leaves at each (n, n): view, place, and whether the view there fits in
+    return. Two that do come once."""
+    own = np.diag(error)
+    off = np.flatnonzero(far_views(own))
+    usual = VIEW_FITS * median(own[np.isfinite(own)]) if len(off) else 0.0
+    fits = {}
+    for i in off.tolist():
+        good = [j for j in np.argsort(error[i]).tolist() if error[i, j] <= min(usual, own[i] / EXPLAINED_CLEARLY)]
+        if good:
+            fits[i] = good
+    told = set[int]()
+    for i, good in fits.items():
+        if i in told:
+            continue
+        mutual = next((j for j in good if i in fits.get(j, ()) and j not in told), None)
+        if mutual is not None:
+            told.add(mutual)
+        yield i, good[0] if mutual is None else mutual, mutual is not None
 
 
 def exchanged_views(data: DataSet, strange: Sequence[Outlier]) -> Iterator[Finding]:

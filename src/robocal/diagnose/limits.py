@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 
+from robocal.diagnose import drive_limits as of_drives
 from robocal.diagnose import vision_limits as of_vision
 from robocal.fit import limits as of_fit
 from robocal.fit.limits import (
@@ -308,7 +309,7 @@ def topics() -> dict[str, dict[str, Limit]]:
     out: dict[str, dict[str, Limit]] = {}
     names = [
         n
-        for n in {**vars(of_fit), **vars(of_vision), **globals()}
+        for n in {**vars(of_fit), **vars(of_drives), **vars(of_vision), **globals()}
         if n.isupper() and n not in ("T", "CHOICE", "DECLARED", "_TOPIC", "LIMITS")
     ]
     for name, (title, entry) in zip(names, DECLARED, strict=True):

@@ -32,7 +32,7 @@ from robocal.measure.machine import Model, freedom_of, joints_of
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity
 
-__all__ = ["time_offset"]
+__all__ = ["follows_path", "time_offset"]
 
 STEP = 1e-6  # rad or m, by which joints move in the difference of residuals
 TAKEN = 1e-6  # tolerance: of a column that poses take up whole: rounding
@@ -82,6 +82,15 @@ def time_offset(context: Context[Model]) -> list[Finding]:
         "share": lag.score.share,
     }
     return [level(code, group=lag.sensor, **said)]
+
+
+def follows_path(context: Context[Model]) -> bool:
+    """Whether configurations were taken along a path, so that a delay would show."""
+    fit = context.need_fit
+    if freedom_of(context.model) is None:
+        return joint_rates(fit.data.configurations) is not None
+    own = (fit.data.configurations, fit.problem, fit.solution.x)
+    return bool(fit.problem.blocks) and pose_rates(*own, context.jacobian) is not None
 
 
 def _find_lag(context: Context[Model], data: DataSet) -> Lag | None:

@@ -12,12 +12,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from robocal._types import Array, Bools
+from robocal._types import Array
 from robocal.diagnose.check_registry import Context, Finding, Machines, When, check, doubt
-from robocal.diagnose.exchanged_views import VIEWS_EXCHANGED
-from robocal.diagnose.limits import EXPLAINED_CLEARLY, VIEW_FITS
+from robocal.diagnose.exchanged_views import VIEWS_EXCHANGED, far_views, places_of_views
 from robocal.estimate.least_squares import least_squares
-from robocal.fit.noise import median, owners
+from robocal.fit.noise import owners
 from robocal.fit.pose_search import search_single_poses
 from robocal.measure.base import Rows, kind_of
 from robocal.measure.data import DataSet
@@ -25,7 +24,7 @@ from robocal.measure.machine import Model
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Number, Quantity
 
-__all__: list[str] = []
+__all__ = ["VIEW_OF_ANOTHER"]
 
 VIEW_OF_ANOTHER = declare(
     "view-of-another",
@@ -33,7 +32,6 @@ VIEW_OF_ANOTHER = declare(
     "and its own to {stated:.3g}",
     "Give the image the readings of its own moment in {files}, or leave it out.",
 )
-TYPICAL = 3  # grid: configurations of which it is known what is usual
 
 
 @check("view-readings", When.FIT, order=16, needs=("data", "fit"), machines=Machines.POSED)
@@ -45,27 +43,15 @@ def views_of_others(context: Context[Model]) -> Iterator[Finding]:
     error = _errors(context, data, seeing)
     if error is None:
         return
-    own, fits = np.diag(error), dict[int, list[int]]()
-    off = _far(own)
-    usual = VIEW_FITS * median(own[np.isfinite(own)]) if off.any() else 0.0
-    for i in np.flatnonzero(off).tolist():
-        good = [j for j in np.argsort(error[i]).tolist() if error[i, j] <= min(usual, own[i] / EXPLAINED_CLEARLY)]
-        if good:
-            fits[i] = good
-    ids, told = data.configurations.ids, set[int]()
+    ids = data.configurations.ids
     files = tuple(dict.fromkeys(data.observations[i].source.replace("\\", "/").rpartition("/")[2] for i in seeing))
-    for i, good in fits.items():
-        if i in told:
-            continue
-        mutual = next((j for j in good if i in fits.get(j, ()) and j not in told), None)
-        j = good[0] if mutual is None else mutual
-        amounts = {"stated": Quantity(float(own[i]), "m"), "left": Quantity(float(error[i, j]), "m")}
+    for i, j, mutual in places_of_views(error):
+        amounts = {"stated": Quantity(float(error[i, i]), "m"), "left": Quantity(float(error[i, j]), "m")}
         said: dict[str, Number] = {"view": ids[i], "partner": ids[j], "instruments": labels, "files": files}
-        if mutual is None:
-            yield doubt(VIEW_OF_ANOTHER, **said, **amounts)
-        else:
-            told.add(j)
+        if mutual:
             yield doubt(VIEWS_EXCHANGED, **said, every=None, **amounts)
+        else:
+            yield doubt(VIEW_OF_ANOTHER, **said, **amounts)
 
 
 def _errors(context: Context[Model], data: DataSet, seeing: list[int]) -> Array | None:
@@ -82,14 +68,8 @@ def _errors(context: Context[Model], data: DataSet, seeing: list[int]) -> Array 
     x = least_squares(alone, fit.solution.x, max_iterations=30, cost_tolerance=1e-6).x
     error = _leave(context, data, terms, beside, seeing, x)
     # A pose that the readings have drawn away may have ended in another valley of its view.
-    off = _far(np.diag(error))
+    off = far_views(np.diag(error))
     return error if not off.any() else _leave(context, data, terms, beside, seeing, search_single_poses(alone, x, off))
-
-
-def _far(own: Array) -> Bools:
-    """Which configurations leave more than is usual."""
-    known = own[np.isfinite(own)]
-    return own > VIEW_FITS * median(known) if len(known) >= TYPICAL else np.zeros(len(own), dtype=bool)
 
 
 def _leave(

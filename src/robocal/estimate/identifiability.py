@@ -28,7 +28,7 @@ __all__ = ["OBSERVABLE", "Combination", "Identifiability", "analyse", "observabi
 
 ROUNDING = 1e-12
 # Of what is known of a parameter, from data: 1 - 1/4, so its sigma is half of what was expected.
-CLAIM = 0.75
+CLAIM = 0.75  # tolerance: see above
 
 
 @record

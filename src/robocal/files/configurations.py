@@ -128,7 +128,7 @@ def read_configurations(reader: RowReader) -> Places:
     second = getattr(model, "second", None)
     if second is None:
         made, index = _merge(given, table, every)
-        if freedom_of(reader.machine) is not None and not joints_of(reader.machine):
+        if not joints_of(reader.machine):
             made = replace(made, joints=None, digits=None)
         return Places(made, index, None, q, every, angle)
     if second.columns is None and second.id is not None:

@@ -93,6 +93,8 @@ def self_description(table: CsvTable, chain: Model, kind: str | None) -> dict[st
     cables = chain.parts.get("cable", ())
     if cables and kind in (None, "lengths") and all(map(table.has, cables)):
         found: dict[str, Any] | None = {"kind": "lengths", "lengths": {"columns": list(cables)}}
+    elif "rope" in chain.parts:
+        found = _load(table)
     else:
         found = _other(table, two) if kind is None or kind in OTHERS else None
     out |= _position_headers(table, two, kind) if found is None else found
@@ -137,6 +139,19 @@ OTHERS: dict[str, tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...]] = {
     "displacement": (("displacement", ("dx", "dy", "dz"), ("sdx", "sdy", "sdz")),),
     "distance": (("distance", ("distance",), ("s_distance",)),),
 }
+
+
+# What was measured of a cable by itself.
+LOADS = {"sag": (("s_sag",),), "elongation": (("s_elongation",),)}
+
+
+def _load(table: CsvTable) -> dict[str, Any]:
+    """What the headers of loads say. Raises FormatError where they are of none, or of both."""
+    there = [name for name in LOADS if table.has(name)]
+    if len(there) != 1:
+        expected = f"one column {' or '.join(f'{n} [mm]' for n in LOADS)}, beside tension [N]"
+        raise table.fail("these headers say of no load what it does", found=", ".join(table.names), expected=expected)
+    return {"kind": there[0], there[0]: {"columns": there} | _sigma(table, LOADS[there[0]])}
 
 
 def _other(table: CsvTable, two: bool) -> dict[str, Any] | None:

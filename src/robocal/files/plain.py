@@ -32,6 +32,8 @@ def plain(value: Any) -> Any:
         kinds = set(map(type, value))
         if kinds <= _PLAIN:
             return list(value)
+        if kinds == {float} and all(map(math.isfinite, value)):
+            return list(value)
         if kinds <= _PLAIN | {float}:
             return [None if v.__class__ is float and not math.isfinite(v) else v for v in value]
         return [plain(v) for v in value]

@@ -211,6 +211,29 @@ class AgreementRow:
 
 
 @record(kw_only=True)
+class ObstacleRow:
+    """Names that the data do not tell: rivals are groups that would have to be known; noise: with all others known they say too little."""
+
+    why: Literal["rivals", "noise"]
+    names: list[str] = field(default_factory=list)
+    rivals: list[str] = field(default_factory=list)
+
+
+@record(kw_only=True)
+class OpenedRow:
+    """Numbers of one kind beside a camera: how many were free, how many directions the data see beyond those of the rows before, the names
+    that are identified, and the rest. Of a delay, asked says what is known: path (none was measured), asked (nothing was found) or late."""
+
+    name: str
+    n: int
+    new: int
+    identified: list[str] = field(default_factory=list)
+    state: Literal["open", "in part", "not open", "fixed"]
+    rest: list[ObstacleRow] = field(default_factory=list)
+    asked: Literal["", "path", "asked", "late"] = ""
+
+
+@record(kw_only=True)
 class FitReport:
     """How the solver came to its end; history is the cost, passes what stood after every pass, filter after every configuration that a
     filter took in."""
@@ -222,6 +245,7 @@ class FitReport:
     dof: Number = None
     groups: list[SensorGroup] = field(default_factory=list)
     agreement: list[AgreementRow] = field(default_factory=list)
+    opened: list[OpenedRow] = field(default_factory=list)
     sigma_source: str = ""
     passes: Passes | None = None
     filter: Passes | None = None

@@ -58,8 +58,9 @@ MAKERS: Mapping[str, Maker] = MappingProxyType({
 
 @record(eq=False)
 class RobotPoses:
-    """Poses T_base_flange (m, 4, 4) in SI; name and time (s, or None) of each; `notation`: how the numbers were read; `numbers` (m, k)
-    and `form` of their orientations as they stand in the file, angles in rad; `clock`: the unit of times that a header states."""
+    """Poses T_base_flange (m, 4, 4) in SI; name and time (s, or None) of each; `notation`: how the numbers were read; `numbers` (m, k),
+    `columns` and `form` of their orientations as they stand in the file, angles in rad, with the `order` of these; `clock`: the unit of
+    times that a header states."""
 
     names: tuple[str, ...] | None
     times: Array | None
@@ -69,9 +70,20 @@ class RobotPoses:
     numbers: Array
     files: tuple[InputFile, ...]
     clock: str = ""
+    columns: tuple[str, ...] = ()
+    order: str = ""
 
     def __len__(self) -> int:
         return len(self.pose)
+
+    def turns(self, numbers: Array) -> Array:
+        """R (m, 3, 3) of other numbers (m, k) in these columns: angles in rad, quaternions of any length."""
+        if self.form == "euler":
+            return orientation.euler(numbers, self.order.upper(), intrinsic=self.order.isupper())
+        if self.form == "rotation_vector":
+            return so3.exp(numbers)
+        q = numbers / np.linalg.norm(numbers, axis=1, keepdims=True)
+        return orientation.quaternion(q[:, [1, 2, 3, 0]] if self.form.endswith("wxyz") else q)
 
 
 def read_robot_poses(
@@ -113,6 +125,9 @@ def stated_units(units: str | None) -> tuple[Unit | None, Unit | None]:
     return found.get("m"), found.get("rad")
 
 
+Turns = tuple[Array, Array, str, str, Sequence[str], str]
+"""R (m, 3, 3), the numbers as they stand, their form, how they were read, the columns, and the order of angles."""
+
 # --- how they are read ------------------------------------------------------------------------------------------------
 
 
@@ -139,10 +154,11 @@ class _Reader:
         else:
             place = self._columns(PLACES, "the position", "x [mm], y [mm], z [mm]")
         t, length = self._lengths(place)
-        turn, numbers, form, said = self._matrix(whole[0]) if whole else self._turns()
+        turn, numbers, form, said, names, order = self._matrix(whole[0]) if whole else self._turns()
         words = f"{', '.join(place)} in {length.name}; {said}"
         times, clock = read_times(source)
-        return RobotPoses(source.names, times, se3.compose(turn, t), words, form, numbers, source.files, clock)
+        pose = se3.compose(turn, t)
+        return RobotPoses(source.names, times, pose, words, form, numbers, source.files, clock, tuple(names), order)
 
     def _columns(self, options: Sequence[Sequence[str]], what: str, expected: str) -> tuple[str, ...]:
         for names in options:
@@ -163,8 +179,7 @@ class _Reader:
         ]
         return self.source.numbers(names) * np.array([u.factor for u in units]), units[0]
 
-    def _turns(self) -> tuple[Array, Array, str, str]:
-        """R (m, 3, 3), the numbers as they stand, their form, and how they were read."""
+    def _turns(self) -> Turns:
         source, maker = self.source, self.maker
         if maker is None and self.euler is None:
             if all(map(source.has, QUATERNION)):
@@ -194,44 +209,39 @@ class _Reader:
             return self._quaternion(names, self.order or ("xyzw" if names == QUATERNION else "wxyz"))
         return self._angles(names, maker.form, maker.order, maker.intrinsic, maker.angle)
 
-    def _angles(
-        self, names: Sequence[str], form: str, order: str, intrinsic: bool, usual: str
-    ) -> tuple[Array, Array, str, str]:
+    def _angles(self, names: Sequence[str], form: str, order: str, intrinsic: bool, usual: str) -> Turns:
         angles, unit = self._in_si(names, "rad", self.angle, usual)
         most = float(np.median(np.abs(angles).max(axis=1)))
         if most > 2 * np.pi:
-            header = f"{names[0]} [deg] in the header"
-            mend = f"{self.option} mm,deg, or {header}" if self.option else header
+            large = [n for n, v in zip(names, np.median(np.abs(angles), axis=0), strict=True) if v > 2 * np.pi]
+            header = f"{', '.join(f'{n} [deg]' for n in large or names)} in the header"
+            mend = f"{self.option} mm,deg, or {header}" if self.option and not 0 < len(large) < 3 else header
             expected = mend if unit.name == "rad" else "angles of one turn at most"
             found = f"{np.degrees(most):.4g} deg in the median, read in {unit.name}"
             raise self.source.fail("orientations of more than a whole turn", found=found, expected=expected)
         if form == "rotation_vector":
-            return so3.exp(angles), angles, form, f"rotation vector {', '.join(names)} in {unit.name}"
+            return so3.exp(angles), angles, form, f"rotation vector {', '.join(names)} in {unit.name}", names, ""
         turn = orientation.euler(angles, order, intrinsic=intrinsic)
         about = "the axes as turned so far" if intrinsic else "the fixed axes"
-        return (
-            turn,
-            angles,
-            form,
-            f"angles {', '.join(names)} in {unit.name}, about {', '.join(order.lower())} in turn, {about}",
-        )
+        words = f"angles {', '.join(names)} in {unit.name}, about {', '.join(order.lower())} in turn, {about}"
+        return turn, angles, form, words, names, order if intrinsic else order.lower()
 
-    def _quaternion(self, names: Sequence[str], order: str) -> tuple[Array, Array, str, str]:
+    def _quaternion(self, names: Sequence[str], order: str) -> Turns:
         numbers = self.source.numbers(names)
         size = np.linalg.norm(numbers, axis=1)
         self._insist(np.abs(size - 1) < UNIT_LENGTH, "not a unit quaternion", size, "a length of 1")
         q = (numbers if order == "xyzw" else numbers[:, [1, 2, 3, 0]]) / size[:, None]
         words = f"quaternion {', '.join(names)}, the scalar {'last' if order == 'xyzw' else 'first'}"
-        return orientation.quaternion(q), numbers, f"quaternion_{order}", words
+        return orientation.quaternion(q), numbers, f"quaternion_{order}", words, names, ""
 
-    def _matrix(self, prefix: str) -> tuple[Array, Array, str, str]:
+    def _matrix(self, prefix: str) -> Turns:
         numbers = self.source.numbers([f"{prefix}_{i}{j}" for i in range(3) for j in range(3)])
         r = numbers.reshape(-1, 3, 3)
         off = np.abs(r @ np.swapaxes(r, 1, 2) - np.eye(3)).max(axis=(1, 2))
         self._insist(off < ROTATION, "not a rotation matrix", off, "orthogonal rows of length 1, written row by row")
         determinant = np.linalg.det(r)
         self._insist(determinant > 0, "a reflection, not a rotation", determinant, "a determinant of +1")
-        return so3.project(r), numbers, "matrix", f"matrix {prefix}_00 to {prefix}_22, row by row"
+        return so3.project(r), numbers, "matrix", f"matrix {prefix}_00 to {prefix}_22, row by row", (), ""
 
     def _insist(self, good: Bools, message: str, found: Array, expected: str) -> None:
         bad = np.flatnonzero(~good)

@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import textwrap
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from pydantic import FiniteFloat
 
 from robocal._version import __version__
-from robocal.errors import ModelError
+from robocal.errors import FormatError, ModelError
 from robocal.files.images import family_cells
 from robocal.files.kalibr_board import KALIBR, kalibr_sheet
 from robocal.files.pdf import Box, page_of, rectangles, text_line
@@ -148,6 +149,9 @@ class SheetModel(FileModel):
 
 def read_sheet(path: str | os.PathLike[str]) -> Sheet:
     """The sheet of a sheet.yaml, at the scale that was measured, or of a target of Kalibr. Raises FileError, FormatError, MissingExtra."""
+    if Path(path).suffix.lower() == ".csv":
+        expected = "sheet.yaml of robocal vision sheet, or a target of Kalibr"
+        raise FormatError("a table of values is no sheet", file=Path(path), expected=expected)
     document = load(path)
     if KALIBR in document.data:
         return kalibr_sheet(document)

@@ -10,6 +10,7 @@ from robocal.front.cable_arrays import robot as robot
 from robocal.front.verb_result import Found
 from robocal.session.cable.drift import Drifts as _drift_Drifts
 from robocal.session.cable.pose_list_result import Listed as _poses_Listed
+from robocal.session.cable.straightness_result import Straightness as _straightness_Straightness
 from robocal.session.cable.workspace_result import Workspace as _workspace_Workspace
 from robocal.verbs.cable.contact.result import Motions as _contact_Motions
 from robocal.verbs.cable.forward.result import Poses as _forward_Poses
@@ -310,6 +311,44 @@ def drift(
     base_moves: The coordinates may differ by a motion: another instrument, or another place of it.
     history: Add the runs to this CSV, a row for each number; they are not added twice.
     output: Write drift.json and report.html here.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def straightness(
+    robot: _Given,
+    *,
+    poses: str | None = None,
+    wanted: str = '1mm',
+    loads: str | Sequence[str] = (),
+    tension: float | None = None,
+    span: float | None = None,
+    at: str | Sequence[str] = (),
+    mass: float | None = None,
+    payload: float = 0.0,
+    limits: str | None = None,
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found[_straightness_Straightness]:
+    """Sag, excess length and stretch of cables, in millimetres of length and of pose, and the least tension for a wanted error.
+
+    Loads that were measured on a cable give its weight and its elasticity, as a constant and as a curve, with 95 % intervals.
+    Without --tension, tensions are those of the list of poses, else the least ones that hold the platform.
+
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
+    poses: CSV of poses: x [m], y, z, rx [deg], ry, rz, or a quaternion.  [default: the middle of the frame]
+    wanted: The error that is allowed, of a length and of a position.
+    loads: Measured loads of a cable: data.yaml, or a CSV whose headers carry units.
+    tension: Tension of every cable: cables stretch, in the robot file's unit of force, 0 or more.
+    span: Span of the level cable in the table, in the robot file's unit of length, above 0.  [default: the longest cable]
+    at: Tensions in that table, in the robot file's unit of force.  [default: within the tension limits]
+    mass: Mass of the platform, in place of that in the robot file, in the robot file's unit of mass, 0 or more.
+    payload: Payload at the centre of mass, in the robot file's unit of mass, 0 or more.
+    limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
+    output: Write straightness.csv, straightness.json and report.html here.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 

@@ -5,6 +5,6 @@ from __future__ import annotations
 __all__ = ["NAMES"]
 
 NAMES = tuple(
-    "bearing displacement distance inclination lengths load pixels plane plane_points plane_targets point pose position range "
-    "relative_pose sphere spherical swivel".split()
+    "bearing current displacement distance elongation inclination joint_torque lengths load pixels plane plane_points plane_targets "
+    "point pose position range relative_pose sag sphere spherical swivel torque winches".split()
 )

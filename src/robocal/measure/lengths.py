@@ -2,7 +2,8 @@
 
 value (k, 1) in m; extra["cable"] (k,) is the cable's number from 0; the cable's anchors and sensor zero are the
 machine's parameters, as are those of its pulley and its elasticity e. With extra["tension"] (k,) in N the sensor shows what stretch
-leaves, l_i / (1 + e t); extra["hanging"] (k,) is what sag makes of that. options["zeros"] names whoever's zeros these are, where they
+leaves, l_i / (1 + e t), or with options["winches"] what a tension from a current does (`measure/cable/winch_tensions.py`);
+extra["hanging"] (k,) is what sag makes of that. options["zeros"] names whoever's zeros these are, where they
 are not the robot's: those of one power-up; they are the parameters `owner.cable`, and options["cables"] names the cables.
 options["gain"] names the drums, of which a length g times as long winds up what the sensor shows: y = l / g, with g the parameter
 `drums.gain`, or, with options["each"], `drums.cable.gain` of every cable.
@@ -22,6 +23,7 @@ from robocal.estimate.losses import Loss
 from robocal.estimate.terms import Normal
 from robocal.measure.builder import Builder
 from robocal.measure.cable.platform_rows import Material, PlatformRows, cable_names, cable_robot_of
+from robocal.measure.cable.winch_tensions import WinchTensions
 from robocal.measure.data import Observations
 from robocal.measure.machine import Model
 from robocal.measure.rows import METRES, Kind, Rows, register
@@ -47,13 +49,14 @@ class LengthRows(PlatformRows):
         self.gains = np.resize(np.arange(len(gains)) + len(numbers), len(cables)) if gains else None
         self.cable = obs.extra["cable"][index].astype(np.int64)
         tension = obs.extra["tension"][index] if "tension" in obs.extra else None
+        self.winches = WinchTensions.of(builder, obs, index, self.cable)
         self.material = Material(cable_robot_of(builder.machine, WHAT), tension, self.cable)
         self.behind = len(numbers) + len(gains)  # where the numbers of pulleys and elasticities begin
-        numbers = np.concatenate([numbers, builder.rows([*gains, *self.material.names])])
+        numbers = np.concatenate([numbers, builder.rows([*gains, *self.material.names, *self.winches.names])])
         super().__init__(builder, obs, index, numbers)
         self.walk = np.argsort(self.sight, kind="stable")
         self.hanging = obs.extra["hanging"][index] if "hanging" in obs.extra else np.ones(len(index))
-        radius, axis, share = self.material.at(self.material.stated)
+        radius, axis, share = self.material.at(self.material.stated, tension=self.material.tension)
         self.radius, self.axis = as_kernel_array(radius, axis)
         self.share = self.hanging * share
 
@@ -74,7 +77,9 @@ class LengthRows(PlatformRows):
             for b in range(len(x)):
                 one, known = slice(b, b + 1), value if len(value) == 1 else value[b : b + 1]
                 stated = x[b, self.numbers[self.behind :]]
-                radius, axis, share = self.material.at(stated, part)
+                stated, winch = stated[: len(self.material.names)], stated[len(self.material.names) :]
+                pull = self.winches.at(winch, part) if len(winch) else self.material.tension[part]
+                radius, axis, share = self.material.at(stated, part, pull)
                 radius, axis = as_kernel_array(radius, axis)
                 share = share * self.hanging[part]
                 evaluate_lengths(
@@ -83,7 +88,8 @@ class LengthRows(PlatformRows):
                 )  # fmt: skip
                 free = np.flatnonzero(self.own >= self.behind)
                 if len(free):
-                    slopes = self.material.slopes(stated, t[b, own], numbers[b], part) * share[:, None]
+                    slopes, by_pull = self.material.slopes(stated, t[b, own], numbers[b], part, pull)
+                    slopes = np.hstack([slopes, by_pull[:, None] * self.winches.columns[part]]) * share[:, None]
                     jac[b, :, 0, k + free] = slopes[:, self.own[free] - self.behind].T
         if self.gains is not None:
             where = self.gains[self.cable[part]]
@@ -96,8 +102,8 @@ class LengthRows(PlatformRows):
         return r, jac, jloc
 
     def _as_stated(self, x: Array) -> bool:
-        """Whether pulleys and elasticities are those of the machine, and stay so."""
-        free = len(self.own) > 0 and bool(self.own[-1] >= self.behind)
+        """Whether pulleys and elasticities are those of the machine, and stay so, under tensions that are known."""
+        free = len(self.winches.names) > 0 or (len(self.own) > 0 and bool(self.own[-1] >= self.behind))
         return not free and bool((x[:, self.numbers[self.behind :]] == self.material.stated).all())
 
     def _numbers(self, x: Array) -> Array:

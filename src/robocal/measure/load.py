@@ -9,6 +9,8 @@ cells independent errors s of the rows, whatever the pose: sigma (k, 1) is that 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 
 from robocal._types import Array, Ints
@@ -19,7 +21,7 @@ from robocal.measure.cable.platform_rows import ENDS, PlatformRows, cable_robot_
 from robocal.measure.data import Observations
 from robocal.measure.rows import Kind, Number, Rows, number_names, register
 
-__all__ = ["LOAD"]
+__all__ = ["BODY", "LOAD", "LoadRows", "of_platform"]
 
 GRAVITY = 9.80665  # m/s^2, along -z of the base
 WHAT = "load cells"
@@ -36,24 +38,42 @@ class LoadRows(PlatformRows):
     def __init__(self, builder: Builder, obs: Observations) -> None:
         robot = cable_robot_of(builder.machine, WHAT)
         self.axes = np.array(robot.axes, dtype=np.int64)
-        own = builder.rows([*(f"{c}.{s}" for c in robot.cables for s in ENDS), *number_names(obs)])
+        own = builder.rows([*(f"{c}.{s}" for c in robot.cables for s in ENDS), *number_names(obs), *self.more(obs)])
         super().__init__(builder, obs, np.arange(len(obs)), own)
         self.axis = obs.extra["axis"].astype(np.int64)
-        self.tension = np.zeros((int(self.sight.max(initial=-1)) + 1, len(robot.cables)))
-        self.tension[self.sight] = obs.extra["tension"]
+        self.tension = self.of_places(obs, "tension")
+
+    def more(self, obs: Observations) -> Sequence[str]:
+        """The names of numbers behind those of the platform."""
+        return ()
+
+    def of_places(self, obs: Observations, what: str) -> Array:
+        """What was read of all cables, (configurations, m)."""
+        read = obs.extra[what]
+        out = np.zeros((int(self.sight.max(initial=-1)) + 1, read.shape[1]))
+        out[self.sight] = read
+        return out
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         axis = self.axis[first : first + rows]
         (t, j, jl), at, lo = self.look(x, first, rows)
-        r, by_pose, by_number = self._balance(x, t, self.tension[lo : lo + t.shape[1]])
-        jac = np.concatenate([by_pose @ j, by_number[..., self.own]], axis=3)
+        tension, slopes = self.pulls(x, slice(lo, lo + t.shape[1]))
+        r, by_pose, by_number, by_tension = self._balance(x, t, tension)
+        more = np.einsum("bkmd,bkmp->bkdp", by_tension, slopes)
+        jac = np.concatenate([by_pose @ j, np.concatenate([by_number, more], axis=3)[..., self.own]], axis=3)
         value, jac, local = (np.ascontiguousarray(v[:, at, axis][:, :, None]) for v in (r, jac, by_pose @ jl))
         return value - self.values_at(which, first, rows), jac, local
 
-    def _balance(self, x: Array, t: Array, tension: Array) -> tuple[Array, Array, Array]:
-        """r (B, k, d), and its derivatives by the twist of the pose (B, k, d, 6) and by all numbers (B, k, d, 6 m + 4)."""
-        m = tension.shape[1]
-        number = x[:, self.numbers]
+    def pulls(self, x: Array, part: slice) -> tuple[Array, Array]:
+        """Tensions of some configurations (B or 1, k, m) in N, and their derivatives (B or 1, k, m, p) by the numbers behind the body's."""
+        read = self.tension[None, part]
+        return read, np.empty((*read.shape, 0))
+
+    def _balance(self, x: Array, t: Array, tension: Array) -> tuple[Array, Array, Array, Array]:
+        """r (B, k, d), and its derivatives by the twist of the pose (B, k, d, 6), by ends and body (B, k, d, 6 m + 4), and by the
+        tensions (B, k, m, d)."""
+        m = tension.shape[2]
+        number = x[:, self.numbers[: 6 * m + len(BODY)]]
         ends, body = number[:, : 6 * m].reshape(len(x), 1, m, 6), number[:, 6 * m :]
         turn = t[:, :, None, :3, :3]
         lever = (turn @ ends[..., 3:, None])[..., 0]
@@ -66,7 +86,9 @@ class LoadRows(PlatformRows):
         weight[..., 2] = -GRAVITY * body[:, :1]
         load = np.concatenate([weight, np.cross(centre, weight)], axis=-1)[..., self.axes]
         root = np.linalg.cholesky(np.einsum("bkmi,bkmj->bkij", w, w))
-        r = np.linalg.solve(root, (np.einsum("bkmi,km->bki", w, tension) + load)[..., None])[..., 0]
+        r = np.linalg.solve(
+            root, (np.einsum("bkmi,bkm->bki", w, np.broadcast_to(tension, w.shape[:3])) + load)[..., None]
+        )[..., 0]
         # A change of d_i and of the lever moves column i: du = (I - u u^T) dd / |d|.
         flat = (np.eye(3) - u[..., :, None] * u[..., None, :]) / far[..., None]
         change = np.zeros((*u.shape[:3], 6, 6))
@@ -75,7 +97,7 @@ class LoadRows(PlatformRows):
         change[..., 3:, 3:] = -so3.skew(u)
         inner = np.linalg.solve(root[:, :, None], change[..., self.axes, :])  # C^-1 dw, (B, k, m, d, 6)
         own = np.linalg.solve(root, w.swapaxes(-1, -2)).swapaxes(-1, -2)  # C^-1 w, (B, k, m, d)
-        slope = tension[:, :, None, None] * inner - _root_moved(inner, own, r)
+        slope = tension[..., None, None] * inner - _root_moved(inner, own, r)
         by_end = np.empty((*slope.shape[:4], 6))
         by_end[..., :3] = slope[..., :3]
         by_end[..., 3:] = (slope[..., 3:] - slope[..., :3]) @ turn
@@ -90,7 +112,7 @@ class LoadRows(PlatformRows):
         by_body = np.linalg.solve(root, body_slope[..., self.axes, :])
         by_pose += by_body[..., :6]
         ends_slope = by_end.transpose(0, 1, 3, 2, 4).reshape(*by_pose.shape[:3], 6 * m)
-        return r, by_pose, np.concatenate([ends_slope, by_body[..., 6:]], axis=-1)
+        return r, by_pose, np.concatenate([ends_slope, by_body[..., 6:]], axis=-1), own
 
 
 def _root_moved(inner: Array, own: Array, r: Array) -> Array:
@@ -106,13 +128,18 @@ def _before(a: Array, axis: int = -1) -> Array:
     return np.asarray(np.cumsum(a, axis=axis) - a)
 
 
-def terms(builder: Builder, obs: Observations) -> list[Rows]:
-    """One term for all configurations."""
+def of_platform(builder: Builder, obs: Observations, rows: Callable[[Builder, Observations], Rows]) -> list[Rows]:
+    """One term for all configurations. Raises ModelError where pulleys turn the cables, or nobody knows the platform."""
     if cable_robot_of(builder.machine, WHAT).pulleys is not None:
         raise ModelError("load cells of cables over pulleys are not modelled", key="pulley", expected="straight cables")
     if not obs.options.get("platform"):
         raise ModelError("load cells need the platform's mass", key=obs.label, expected="options['platform']")
-    return [LoadRows(builder, obs)] if len(obs) else []
+    return [rows(builder, obs)] if len(obs) else []
+
+
+def terms(builder: Builder, obs: Observations) -> list[Rows]:
+    """One term for all configurations."""
+    return of_platform(builder, obs, LoadRows)
 
 
 LOAD = register(Kind("load", 1, terms, parts=((0, 1, "N"),), numbers=BODY, unstated=1.0))

@@ -27,7 +27,7 @@ __all__ = [
 ]  # fmt: skip
 
 NONE = np.empty(0, dtype=np.int64)
-Carriers = Carrier | tuple[Carrier, Carrier]
+Carriers = Carrier | tuple[Carrier, Carrier] | tuple[()]
 METRES = ((0, 1, "m"),)  # the parts of a kind that reads one length
 
 
@@ -42,7 +42,12 @@ class Rows(ABC):
     view: Any = None  # what several terms look through, whose normal equations are summed as one
 
     def __init__(
-        self, carrier: Carriers, obs: Observations, index: Ints, numbers: Ints = NONE, sight: Ints | None = None
+        self,
+        carrier: Carriers | tuple[()],
+        obs: Observations,
+        index: Ints,
+        numbers: Ints = NONE,
+        sight: Ints | None = None,
     ) -> None:
         kind = KINDS[obs.kind]
         self.carriers: tuple[Carrier, ...] = carrier if isinstance(carrier, tuple) else (carrier,)

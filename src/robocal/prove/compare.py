@@ -25,7 +25,7 @@ from robocal.prove.identify import Identification, identify
 from robocal.prove.results import RowTable
 from robocal.prove.statistics import Statistic
 
-__all__ = ["DEFAULT", "MethodComparison", "MethodEntry", "compare"]
+__all__ = ["DEFAULT", "MethodComparison", "MethodEntry", "compare", "entry_beside"]
 
 DEFAULT = ("lm", "ekf", "particle", "pinv", "lse", "ekf-100")
 
@@ -118,6 +118,13 @@ def compare(
     return MethodComparison(
         s.unit, tuple(entries), s.before, s.held_out_before, s.leave_one_out_before, s.constant, s.k_fold_before
     )
+
+
+def entry_beside(
+    name: str, title: str, found: Identification[Model], reference: Identification[Model], seconds: float
+) -> MethodEntry:
+    """An identification that came about in another way, beside the reference. It may have fewer rows, so that these do not stand there."""
+    return replace(_entry(found, reference, title, seconds), method=name, rows=None)
 
 
 def _entry(found: Identification[Model], reference: Identification[Model], title: str, seconds: float) -> MethodEntry:

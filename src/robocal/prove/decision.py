@@ -111,13 +111,15 @@ class Decision(Context[M_co]):
         stated = [g.stated for g in part.groups if g.unit == "m" and g.stated is not None]
         # Some methods end after as many steps as were asked for.
         ended = part.solution.reasons[0].converged or estimator(self.chosen.method).finite
+        # A motor has readings, and no pose.
+        what = "readings" if freedom_of(self.model) or self.model.mechanism is None else None
         return Evidence(
             before[counted], after[counted], constant_of(self.need_data, base, proof) if unit == "m" else None,
             drawn(proof.split, self.places, at[counted]), blind=part.identifiability.blind, converged=ended, seed=self.chosen.seed,
             kind=proof.split.how, stated=float(np.sqrt(3) * stated[0]) if stated else None, unit=unit,
             everything=proof.errors(unit, everything=True) if proof.aside[unit].any() else None,
             located=after[counted & np.isin(owner, absolute_observations(self.need_data))],
-            what="readings" if freedom_of(self.model) else None, mixed=len({t.kind for t in base.terms}) > 1,
+            what=what, mixed=len({t.kind for t in base.terms}) > 1,
         )  # fmt: skip
 
     @cached_property

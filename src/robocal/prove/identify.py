@@ -37,6 +37,7 @@ from robocal.prove.fit_findings import Linearity, linearity_of, outliers, unseen
 from robocal.prove.frame_poses import LocatedFrame, locate_frames
 from robocal.prove.judge import stages, units_of
 from robocal.prove.offsets import OffsetsAlone, offsets_alone
+from robocal.prove.opened_groups import OpenedGroup, open_groups
 from robocal.prove.pose_from_lengths import PoseFromLengths, pose_from_lengths
 from robocal.prove.region import Holds, range_of
 from robocal.prove.results import Band, ParameterResult, RowTable, parameter_results, prediction_of, row_table
@@ -102,6 +103,7 @@ class Identification(Generic[M_co]):
     filter: Passes | None  # the same of a filter, over the measurements
     whitened_rows: WhitenedRows | None  # the rows at the solution, for a comparison with another run
     agreement: tuple[GroupAgreement, ...]  # what each group of sensors says of the others
+    opened: tuple[OpenedGroup, ...]  # which groups of numbers the data tell, where a camera is among the sensors
 
     @property
     def warnings(self) -> tuple[Remark, ...]:
@@ -139,5 +141,5 @@ def identify(model: M, data: DataSet, options: Options | None = None, watch: Wat
         conditions=mean_conditions(data.configurations), resampled=bootstrap_of(made), holds=range_of(made), scale=common_scale(made),
         whitened_rows=whiten_fit(made), offsets=offsets_alone(made), frames=tuple(locate_frames(made)),
         pose_from_lengths=pose_from_lengths(made), passes=passes_of(made), filter=filter_passes(made), shape=shape_of(made),
-        agreement=agreement_of(made),
+        agreement=agreement_of(made), opened=open_groups(made),
     )  # fmt: skip

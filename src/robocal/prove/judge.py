@@ -30,7 +30,7 @@ from robocal.remarks.remark import Remark
 
 __all__ = ["Proof", "Proven", "absolute_observations", "constant_of", "drawn", "stages", "units_of", "unseen_of"]
 
-UNITS = ("m", "rad", "px")  # in which errors are told; the verdict takes the first that was measured
+UNITS = ("m", "rad", "px", "N m", "A")  # in which errors are told; the verdict takes the first that was measured
 PROOFS = ("held_out", "k_fold", "leave_one_out")  # the verdict takes the first that there is
 
 

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from robocal.diagnose.limits import PRIOR_SIGMA
+from robocal.estimate.choosing.choice import together
 from robocal.report import matrix, pictures
 from robocal.report.numbers import ranges
 from robocal.report.passes import over_measurements, over_passes
@@ -39,6 +40,15 @@ def fit_sections(result: Any) -> Iterator[Section]:
             Detail(lambda: _agreement(fit.agreement)),
             title="What sensors say of each other",
             key="agreement",
+            brief=(),
+            folded=True,
+        )
+    if fit.opened:
+        yield Section.of(
+            "",
+            Detail(lambda: _opened(fit.opened)),
+            title="Which groups the data open",
+            key="opened",
             brief=(),
             folded=True,
         )
@@ -133,6 +143,40 @@ def _agreement(found: Any) -> Iterator[Block]:
         )
     else:
         yield Text.of("The others contradict nothing that was stated.")
+
+
+ASKED = {
+    "": "not free in the files",
+    "path": "no path was measured: nothing would show it",
+    "asked": "never free; along this path nothing asks for one",
+    "late": "never free; the readings ask for one",
+}
+
+
+def _opened(found: Any) -> Iterator[Block]:
+    """Groups of numbers in their order, each with what is told, and what stands in the way of the rest."""
+    rows = [(g.name, str(g.n), str(g.new), g.state, _names(g.identified), _obstacles(g)) for g in found]
+    caption = (
+        "In the order in which groups are opened. New: directions that the data see above the noise, beyond the groups before. "
+        "Identified: narrowed to half of what was expected, all others unknown too. The rest stays within what was stated."
+    )
+    yield table("group", "free", "new", "state", "identified", "the rest", right=(1, 2), rows=rows, caption=caption)
+
+
+def _names(names: Any) -> str:
+    shown, more = together([(n, 1.0) for n in names])
+    return ", ".join(shown) + (f" and {more} more" if more else "") or "-"
+
+
+def _obstacles(group: Any) -> str:
+    """What stands in the way of the names that are not told."""
+    if group.state == "fixed":
+        return ASKED[group.asked]
+    told = (
+        f"{_names(o.names)}: " + (f"if one knew {' and '.join(o.rivals)}" if o.rivals else "these data say too little")
+        for o in group.rest
+    )
+    return "; ".join(told) or "-"
 
 
 def _ratio(chi2: float | None, dof: float | None) -> str:

@@ -27,6 +27,11 @@ def hand_eye_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
     advice = () if said.status == "located" else tuple(dict.fromkeys(r.advice for r in said.remarks if r.advice))
     yield Section.of("", *_error(errors))
     yield Section.of("", VerdictBlock(word, style, tuple(sentences(said.remarks)), advice, meaning))
+    if errors.lost:  # numbers of frames that are nowhere help nobody
+        yield from _readings(found)
+        yield from _pairs(found)
+        yield from ends(found.warnings, written)
+        return
     now, further = found.further
     which = "the base in the flange, as the file has poses" if found.opened.inverse else "the flange in the base"
     note = f"now the place of the target is sure to {figure(1e3 * now, 2)} mm (one standard deviation); {which}, if it can go there"
@@ -41,6 +46,13 @@ def hand_eye_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
         )
     if found.unknowns is not None:
         yield Section.of("Clock and size", listing_table(found.unknowns), key="unknowns")
+    yield from _readings(found)
+    yield from _pairs(found)
+    yield from ends(found.warnings, written)
+
+
+def _readings(found: Any) -> Iterator[Section]:
+    """How the robot's poses fare as stated and in other ways."""
     if found.alternatives:
         yield Section.of(
             "How the robot's poses were read",
@@ -48,6 +60,10 @@ def hand_eye_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
             listing_table(found.readings),
             key="readings",
         )
+
+
+def _pairs(found: Any) -> Iterator[Section]:
+    """View and pose of every pair."""
     table = listing_table(found.pairs)
     pairs = type(table)(table.columns, table.rows, table.right, brief=BRIEF)
     alone = found.opened.pairs.poses_alone
@@ -56,12 +72,16 @@ def hand_eye_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
     yield Section.of(
         "Which view has which pose", pairs, *quiet(f"paired {found.opened.pairs.description}", *more), key="pairs"
     )
-    yield from ends(found.warnings, written)
 
 
 def _error(errors: Any) -> Iterator[Text]:
     """The number that is asked for, and what it is to be compared with."""
     left = errors.left_out
+    if errors.lost:
+        yield Text.of(
+            "Views that were left out are missed by more than the distance of the target: no number of this fit helps."
+        )
+        return
     if left is None:
         yield Text.of("No view was left out: the error at the target is not known.")
         return

@@ -24,7 +24,7 @@ from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Model, freedom_of
 from robocal.measure.pixels import rays
 from robocal.measure.reach import nominal_poses
-from robocal.vision.map_start import MarkerSights, grow_map
+from robocal.vision.map_start import MapStart, MarkerSights, grow_map
 
 __all__ = ["leave_lone_targets", "place_targets", "whole_sights"]
 
@@ -62,14 +62,16 @@ def place_targets(model: Model, data: DataSet) -> DataSet:
 def leave_lone_targets(data: DataSet) -> tuple[DataSet, tuple[str, ...]]:
     """The data without targets of unknown places that a single configuration shows, and their names.
 
-    Such a target says nothing of anything else, and its tilt has two answers that are nearly alike: a fit creeps between them. Where a
-    configuration would lose all that it shows, all stay.
+    Such a target says nothing of anything else, and its tilt has two answers that are nearly alike: a fit creeps between them. One
+    stays where a configuration would lose all that is measured of it.
     """
     left: list[str] = []
     observations: list[Observations] = []
     for own, obs in enumerate(data.observations):
         elsewhere = {t.name for k, o in enumerate(data.observations) if k != own for t in o.targets}
-        lone = _lone(obs, elsewhere) if _asks(obs) else ()
+        others = [o.configuration for k, o in enumerate(data.observations) if k != own]
+        measured = np.isin(np.arange(len(data.configurations)), np.concatenate([[-1], *others]))
+        lone = _lone(obs, elsewhere, measured) if _asks(obs) else ()
         if lone:
             assert obs.target is not None
             number = np.cumsum([i not in lone for i in range(len(obs.targets))]) - 1
@@ -82,14 +84,15 @@ def leave_lone_targets(data: DataSet) -> tuple[DataSet, tuple[str, ...]]:
     return (DataSet(data.configurations, tuple(observations)) if left else data), tuple(left)
 
 
-def _lone(obs: Observations, elsewhere: Set[str]) -> tuple[int, ...]:
-    """Numbers of targets of unknown places that a single configuration shows, and that no other instrument sees."""
+def _lone(obs: Observations, elsewhere: Set[str], measured: Bools) -> tuple[int, ...]:
+    """Numbers of targets of unknown places that a single configuration shows, and that no other instrument sees; `measured` are
+    configurations (U,) of which another instrument tells."""
     assert obs.target is not None
-    seen = np.zeros((len(obs.targets), int(obs.configuration.max(initial=-1)) + 1), dtype=bool)
+    seen = np.zeros((len(obs.targets), len(measured)), dtype=bool)
     seen[obs.target, obs.configuration] = True
     lone = [i for i, t in enumerate(obs.targets) if _unplaced(t) and seen[i].sum() == 1 and t.name not in elsewhere]
-    kept = np.delete(seen, lone, axis=0)
-    return tuple(lone) if (kept.any(axis=0) == seen.any(axis=0)).all() else ()
+    kept = measured | np.delete(seen, lone, axis=0).any(axis=0)
+    return tuple(i for i in lone if (kept | ~seen[i]).all())
 
 
 def _unplaced(target: Frame) -> bool:
@@ -112,7 +115,7 @@ def _place(model: Model, data: DataSet, number: int) -> DataSet:
     lens = obs.options["intrinsics"]
     assert isinstance(lens, tuple)
     grown = grow_map(sights, np.array(lens), count, len(obs.targets))
-    shown, placed = np.isfinite(grown.views[:, 0, 0]), np.isfinite(grown.markers[:, 0, 0])
+    shown, placed = _both_known(grown)
     machine = nominal_poses(model, data.configurations)
     stated = np.array([not any(t.free) for t in obs.targets]) & placed
     eye, at = _camera(obs.frame, grown.views, machine, shown)
@@ -120,8 +123,12 @@ def _place(model: Model, data: DataSet, number: int) -> DataSet:
         at = _at_markers(obs, grown.markers, stated)
     if at is None:
         return data
+    views, markers = at @ se3.inverse(grown.views), at @ grown.markers  # T_base_camera, T_base_marker
+    if machine is not None and eye is not None:
+        views, markers = _islands(sights, np.array(lens), machine @ eye, views, markers)
+        shown, placed = np.isfinite(views[:, 0, 0]), np.isfinite(markers[:, 0, 0])
     known = {
-        t.name: tuple(se3.to_vector(at @ grown.markers[i]).tolist())
+        t.name: tuple(se3.to_vector(markers[i]).tolist())
         for i, t in enumerate(obs.targets)
         if _unplaced(t) and placed[i]
     }
@@ -137,9 +144,33 @@ def _place(model: Model, data: DataSet, number: int) -> DataSet:
     configurations = data.configurations
     if eye is not None and len(freedom_of(model) or ()) == FULL:
         start = np.array(configurations.starts)
-        start[shown] = se3.to_vector(at @ se3.inverse(grown.views[shown]) @ se3.inverse(eye))
+        start[shown] = se3.to_vector(views[shown] @ se3.inverse(eye))
         configurations = replace(configurations, start=start)
     return DataSet(configurations, observations)
+
+
+def _both_known(grown: MapStart) -> tuple[Bools, Bools]:
+    """Which views (V,) and markers (M,) have a place."""
+    return np.isfinite(grown.views[:, 0, 0]), np.isfinite(grown.markers[:, 0, 0])
+
+
+def _islands(sights: MarkerSights, lens: Array, machine: Array, views: Array, markers: Array) -> tuple[Array, Array]:
+    """T_base_camera (V, 4, 4) and T_base_marker (M, 4, 4) with those that no view joins to the rest: each group of them stands where the
+    machine's T_base_camera (V, 4, 4) say, moved as these stand to the views that have a place."""
+    both = np.isfinite(views[:, 0, 0]) & np.isfinite(machine[:, 0, 0])
+    moved = _mean(views[both] @ se3.inverse(machine[both])) if both.any() else np.eye(4)
+    views, markers, known = np.array(views), np.array(markers), np.isfinite(machine[:, 0, 0])
+    left = np.isnan(markers[sights.marker, 0, 0]) & known[sights.view]
+    while left.any():
+        some = MarkerSights(
+            *(part[left] for part in (sights.view, sights.marker, sights.corners, sights.points, sights.poses))
+        )
+        grown = grow_map(some, lens, len(views), len(markers))
+        shown, placed = _both_known(grown)
+        at = moved @ _mean(machine[shown] @ grown.views[shown])
+        views[shown], markers[placed] = at @ se3.inverse(grown.views[shown]), at @ grown.markers[placed]
+        left &= ~placed[sights.marker]
+    return views, markers
 
 
 def _camera(frame: Frame, views: Array, machine: Array | None, shown: Bools) -> tuple[Array | None, Array | None]:

@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 
 __all__ = ["IdentifyOutcome", "map_columns", "residual_columns", "save", "to_result"]
 
-ABOARD = ("lengths", "swivel", "load", "inclination")  # kinds that say nothing of where the base is
+ABOARD = ("lengths", "swivel", "load", "winches", "inclination")  # kinds that say nothing of where the base is
 NOTHING = 1e-9  # tolerance: m; two models that differ by rounding are one, and neither is the better
 
 

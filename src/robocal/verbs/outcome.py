@@ -102,7 +102,9 @@ def run_verb(
         texts = dict(made.texts())
         if tell:
             told = [section for sections in tell for section in sections(outcome)]
-            texts[files[-1]] = page(sections=told, recipe=plain(outcome.document()).get("provenance"), **made.head)
+            document = outcome.document()  # of which a page says how it was made, whatever else it lists
+            recipe = document.get("provenance") if isinstance(document, dict) else getattr(document, "provenance", None)
+            texts[files[-1]] = page(sections=told, recipe=plain(recipe), **made.head)
         written = write_files(o.output, texts)
     if history is not None:
         written = (*written, write_text(history, grown))

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
-__all__ = ["CABLE", "COMMAND_NAMES", "GROUPS", "PATHS", "VERBS", "VISION", "VerbGroup"]
+__all__ = ["CABLE", "COMMAND_NAMES", "DRIVE", "GROUPS", "PATHS", "VERBS", "VISION", "VerbGroup"]
 
 
 class VerbGroup(NamedTuple):
@@ -45,6 +45,7 @@ CABLE: Mapping[str, str] = MappingProxyType({
     "contact": "Check a given path for contacts and tensions.",
     "require": "Sensors and poses that a calibration needs.",
     "drift": "Which anchor moved between calibrations?",
+    "straightness": "Sag and stretch, and the tension that keeps them small.",
 })  # fmt: skip
 VISION: Mapping[str, str] = MappingProxyType({
     "sheet": "Markers and boards to print, at true scale.",
@@ -57,6 +58,12 @@ VISION: Mapping[str, str] = MappingProxyType({
     "require": "What a map of markers will be off by.",
     "export": "A map or a lens for other programs, or from them.",
 })  # fmt: skip
+DRIVE: Mapping[str, str] = MappingProxyType({
+    "identify": "Cogging and friction of a motor, from logs of its drive.",
+    "validate": "What a motor's table explains of another log.",
+    "compensate": "The table of a motor for a controller.",
+    "simulate": "A simulated motor: sweep, compensation, test.",
+})  # fmt: skip
 GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
     "cable": VerbGroup(
         "Cable-driven parallel robots.",
@@ -64,6 +71,9 @@ GROUPS: Mapping[str, VerbGroup] = MappingProxyType({
         "robocal new cable writes a file to start from.",
         CABLE,
         "cable",
+    ),
+    "drive": VerbGroup(
+        "Motors and their drives.", "Motors: cogging and friction from logs of their drives, and tables for controllers.", DRIVE, "drive"
     ),
     # In Python robocal.vision is the package of what these verbs compute with.
     "vision": VerbGroup(

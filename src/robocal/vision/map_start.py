@@ -90,17 +90,18 @@ class _Growth:
         return np.asarray(np.where(behind | ~(off < CAP), CAP, off))
 
     def begin(self) -> None:
-        """Two markers that most views show together, and the one of which more is seen in the origin."""
+        """Two markers that most views show together, and the one of which more is seen in the origin; that alone, of lone ones."""
         s = self.sights
         seen = np.zeros((len(self.view), len(self.marker)), dtype=np.int64)
         seen[s.view, s.marker] = 1
         together = seen.T @ seen
         many = np.diag(together).copy()
         np.fill_diagonal(together, 0)
+        if not together.any():
+            self.marker[many.argmax()] = np.eye(4)
+            return
         one, other = sorted(np.unravel_index(int(together.argmax()), together.shape), key=lambda m: -many[m])
         self.marker[one] = np.eye(4)
-        if not together[one, other]:
-            return
         views = _few(np.flatnonzero(seen[:, one] & seen[:, other]))
         first, second = (
             np.array([self.of_marker[m][s.view[self.of_marker[m]] == v][0] for v in views]) for m in (one, other)

@@ -19,9 +19,9 @@ from robocal.files.units import Units
 from robocal.files.yamlio import YamlDocument
 from robocal.measure.data import Observations
 
-__all__ = ["COMPUTED", "LENGTHS", "LOAD", "SWIVEL"]
+__all__ = ["COMPUTED", "CURRENTS", "LENGTHS", "LOAD", "SWIVEL", "each_cable", "each_row", "write_each"]
 
-COMPUTED = "computed"
+COMPUTED, CURRENTS = "computed", "currents"
 
 
 class GainModel(ScalarModel):
@@ -32,10 +32,11 @@ class GainModel(ScalarModel):
 
 class LengthsModel(DataModel):
     """Lengths of all cables, in the robot's order or in columns that are called as its cables are, and the tensions under which they
-    stretched: read, or computed for the platform's weight. `zeros` names the power-up whose zeros these are, not the robot's."""
+    stretched: read, computed for the platform's weight, or from the currents of winches. `zeros` names the power-up whose zeros these
+    are, not the robot's."""
 
     lengths: ValueModel = ValueModel.model_construct()
-    tension: ValueModel | Literal["computed"] | None = None
+    tension: ValueModel | Literal["computed", "currents"] | None = None
     zeros: Name | None = None
     gain: GainModel | None = None
 
@@ -54,7 +55,7 @@ class LoadModel(DataModel):
     free: list[Literal["mass", "cx", "cy", "cz"]] = Field(default_factory=list)
 
 
-def _each(key: str, si: str, given: ValueModel, table: CsvTable, document: YamlDocument) -> Values:
+def each_cable(key: str, si: str, given: ValueModel, table: CsvTable, document: YamlDocument) -> Values:
     """Numbers (k, cables) of a quantity, and the names of their columns."""
     at = (key, "columns")
     if given.columns is None:
@@ -68,7 +69,7 @@ def _each(key: str, si: str, given: ValueModel, table: CsvTable, document: YamlD
 
 def _pulls(key: str, given: ValueModel, table: CsvTable, document: YamlDocument) -> Values:
     """Tensions (k, cables) in N."""
-    pulls = _each(key, "N", given, table, document)
+    pulls = each_cable(key, "N", given, table, document)
     found, expected = pulls.value, "a tension of 0 or above"
     table.insist(found >= 0, given.columns, "a cable does not push", found, expected=expected)
     return pulls
@@ -76,11 +77,11 @@ def _pulls(key: str, given: ValueModel, table: CsvTable, document: YamlDocument)
 
 def read_lengths(model: LengthsModel, table: CsvTable, document: YamlDocument) -> Values:
     """Lengths (k, cables) in m."""
-    values = _each("lengths", "m", model.lengths, table, document)
+    values = each_cable("lengths", "m", model.lengths, table, document)
     if model.zeros is not None:
         values = values.with_options({"zeros": model.zeros})
     if isinstance(model.tension, str):
-        return values.with_options({"tension": COMPUTED})
+        return values.with_options({"tension": model.tension})
     if model.tension is None:
         return values
     pulls = _pulls("tension", model.tension, table, document).value
@@ -92,17 +93,17 @@ def read_lengths(model: LengthsModel, table: CsvTable, document: YamlDocument) -
 
 def read_swivel(model: SwivelModel, table: CsvTable, document: YamlDocument) -> Values:
     """Angles (k, cables) in rad."""
-    return _each("swivel", "rad", model.swivel, table, document)
+    return each_cable("swivel", "rad", model.swivel, table, document)
 
 
 def length_parts(model: LengthsModel, values: Values, around: Around) -> Sequence[Part]:
     """As of every cable, with the gain of the drums."""
     if model.gain is None:
-        return parts(model, values, around)
+        return each_row(model, values, around)
     if model.gain.value is not None and not model.gain.value > 0:
         around.document.fail("a gain is above 0", ("gain", "value"), found=model.gain.value, expected="a number near 1")
     options = {**scalar(model.gain, "1", "gain", around), "each": model.gain.each}
-    return parts(model, values.with_options(options), around)
+    return each_row(model, values.with_options(options), around)
 
 
 def read_load(model: LoadModel, table: CsvTable, document: YamlDocument) -> Values:
@@ -116,10 +117,10 @@ def read_load(model: LoadModel, table: CsvTable, document: YamlDocument) -> Valu
 
 def swivel_parts(model: SwivelModel, values: Values, around: Around) -> Sequence[Part]:
     """As of lengths; the zero that is stated, or none, is that of every encoder."""
-    return parts(model, values.with_options(scalar(model.zero, "rad", "zero", around, "swivel")), around)
+    return each_row(model, values.with_options(scalar(model.zero, "rad", "zero", around, "swivel")), around)
 
 
-def parts(model: DataModel, values: Values, around: Around) -> Sequence[Part]:
+def each_row(model: DataModel, values: Values, around: Around) -> Sequence[Part]:
     """Every cable of every row is an observation."""
     rows, many = values.value.shape
     sigma = None if values.sigma is None else values.sigma.reshape(-1, 1)
@@ -134,7 +135,7 @@ def write_each(obs: Observations, units: Units) -> KindOutput:
 
 
 LENGTHS_KEYS = """lengths: {{columns: [c1, c2, c3, c4], unit: {length}, sigma: 1}}    # a column for each cable of the robot
-# tension: {{columns: [t1, t2, t3, t4], unit: N}}    # or tension: computed
+# tension: {{columns: [t1, t2, t3, t4], unit: N}}    # or tension: computed, or tension: currents (kind: winches beside it)
 # gain: {{name: drums, each: true}}    # each drum winds up a little more or less than it shows; without each, all alike
 # zeros: evening    # the sensors were set anew: zeros of their own, free, shared by all files that say so
 """
@@ -148,4 +149,4 @@ SWIVEL = KindFile(SwivelModel, read_swivel, write_each, SWIVEL_KEYS, parts=swive
 LOAD_KEYS = """load: {{columns: [t1, t2, t3, t4], unit: N, sigma: 1}}    # a load cell in every cable, the platform at rest
 # free: [mass, cx, cy, cz]    # of the platform: else as the robot's file states them
 """
-LOAD = KindFile(LoadModel, read_load, write_each, LOAD_KEYS, parts=parts)
+LOAD = KindFile(LoadModel, read_load, write_each, LOAD_KEYS, parts=each_row)

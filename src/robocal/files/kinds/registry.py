@@ -20,14 +20,22 @@ SEVERAL = {
     "ranges": ("spherical", "bearing", "range", "distance"),
     "places": ("point", "plane", "sphere"),
 }
-TOGETHER = ("plane_targets",)  # kinds that the file of another one makes
+# Kinds that the file of another one makes, and those of logs of drives, which `files/drive_log.py` reads.
+TOGETHER = ("plane_targets", "current", "torque")
 MODULES = {kind: module for module, kinds in SEVERAL.items() for kind in kinds} | {"pixels": "pixels"}
 # Those of machines that have such parts alone.
 OF_PARTS: dict[str, dict[str, str]] = {
-    "cable": {"lengths": "lengths", "swivel": "lengths", "load": "lengths", "inclination": "ranges"}
+    "cable": {
+        "lengths": "lengths",
+        "swivel": "lengths",
+        "load": "lengths",
+        "winches": "winches",
+        "inclination": "ranges",
+    },
+    "rope": {"sag": "loads", "elongation": "loads"},
 }
 # Those that no arm is simulated with yet.
-NOT_SIMULATED = {"plane_points": "plane_points"}
+NOT_SIMULATED = {"plane_points": "plane_points", "joint_torque": "joint_torque"}
 # Whatever else is a kind has a module of its own name.
 MODULES |= {
     name: name

@@ -75,15 +75,17 @@ class Material:
         out[self.owner, self.symbol] = values
         return out
 
-    def at(self, values: Array, part: slice = EVERY) -> tuple[Array, Array, Array]:
-        """Radii (cables,), axes of length 1 (cables, 3), and what stretch leaves of the length in some rows, (m,)."""
+    def at(self, values: Array, part: slice = EVERY, tension: Array | None = None) -> tuple[Array, Array, Array]:
+        """Radii (cables,), axes of length 1 (cables, 3), and what stretch leaves of the length in some rows, (m,), under their tensions
+        (m,) where others than those that were read are told."""
         every = self._every(values)
         size = np.linalg.norm(every[:, 1:4], axis=1, keepdims=True)
-        return every[:, 0], every[:, 1:4] / size, 1.0 / (1.0 + every[self.cable[part], 4] * self.tension[part])
+        pull = self.tension[part] if tension is None else tension
+        return every[:, 0], every[:, 1:4] / size, 1.0 / (1.0 + every[self.cable[part], 4] * pull)
 
-    def slopes(self, values: Array, pose: Array, numbers: Array, part: slice) -> Array:
+    def slopes(self, values: Array, pose: Array, numbers: Array, part: slice, tension: Array) -> tuple[Array, Array]:
         """Derivatives (m, n) of the lengths without stretch by the numbers, and of what stretch leaves of them, over the share that
-        it leaves; pose (m, 4, 4) of every row, numbers (cables, 7)."""
+        it leaves; and by the tension (m,). pose (m, 4, 4) and tension (m,) of every row, numbers (cables, 7)."""
         every, cable = self._every(values), self.cable[part]
         own = numbers[cable]
         d = pose[:, :3, 3] + np.einsum("mij,mj->mi", pose[:, :3, :3], own[:, 3:6]) - own[:, :3]
@@ -92,5 +94,6 @@ class Material:
         slope = np.empty((len(cable), 5))
         slope[:, :4] = by_wheel(d, wheel)
         slope[:, 1:4] /= size[cable, None]
-        slope[:, 4] = -run(d, wheel)[0] * self.tension[part] / (1.0 + every[cable, 4] * self.tension[part])
-        return np.asarray(np.where(self.owner == cable[:, None], slope[:, self.symbol], 0.0))
+        less = -run(d, wheel)[0] / (1.0 + every[cable, 4] * tension)
+        slope[:, 4] = less * tension
+        return np.where(self.owner == cable[:, None], slope[:, self.symbol], 0.0), less * every[cable, 4]

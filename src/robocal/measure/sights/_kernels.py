@@ -73,7 +73,7 @@ def evaluate_sights(t, jac, jloc, sight, first, point, growth, edge, intrinsics,
     sight (m,) its frame. Points are edge (B,) times growth from where they are stated; one more column of `out` is by that."""
     k, nl, c, m = jac.shape[3], jloc.shape[3], own.shape[0], r.shape[1]
     grown = out.shape[3] > k + c
-    w, heap = np.ones(SIZE), np.empty(6 * WIDE)
+    w, heap, numbers = np.ones(SIZE), np.empty(6 * WIDE), np.empty((c, WIDE))
     for b in range(r.shape[0]):
         for lo in range(0, m, TILE):
             n = min(TILE, m - lo)
@@ -86,10 +86,10 @@ def evaluate_sights(t, jac, jloc, sight, first, point, growth, edge, intrinsics,
             project_points(w, n, intrinsics[b])
             for i in range(n):
                 r[b, lo + i, 0], r[b, lo + i, 1] = w[U + i], w[V + i]
+            answer_points(own, w, n, intrinsics[b], numbers)
             for p in range(c):
-                answer_points(own[p], w, n, intrinsics[b], heap)
                 for i in range(n):
-                    out[b, lo + i, 0, k + p], out[b, lo + i, 1, k + p] = heap[i], heap[n + i]
+                    out[b, lo + i, 0, k + p], out[b, lo + i, 1, k + p] = numbers[p, i], numbers[p, n + i]
             for i in range(n if grown else 0):
                 f, by = t[b, sight[lo + i]], growth[first + lo + i]
                 gx = f[0, 0] * by[0] + f[0, 1] * by[1] + f[0, 2] * by[2]
@@ -98,7 +98,7 @@ def evaluate_sights(t, jac, jloc, sight, first, point, growth, edge, intrinsics,
                 out[b, lo + i, 0, k + c] = w[UX + i] * gx + w[UY + i] * gy + w[UZ + i] * gz
                 out[b, lo + i, 1, k + c] = w[VX + i] * gx + w[VY + i] * gy + w[VZ + i] * gz
             for e in range(2 if k + nl > 0 else 0):
-                move_points(n, w[BY_U:], w[VX if e else UX :], w[LX:], heap)
+                move_points(w, n, BY_U, VX if e else UX, heap, 0)
                 for i in range(n):
                     a0, a1, a2 = heap[i], heap[WIDE + i], heap[2 * WIDE + i]
                     a3, a4, a5 = heap[3 * WIDE + i], heap[4 * WIDE + i], heap[5 * WIDE + i]
@@ -131,6 +131,7 @@ def accumulate_views(
     lanes = (size + LANES) // LANES * LANES  # the motions, the numbers of the camera, and the residuals behind them
     w, rows, flat = np.ones(SIZE), np.empty(TILE, np.int64), np.zeros(lanes * WIDE)
     heap, h, gs, there = flat.reshape(lanes, WIDE), np.empty((lanes, lanes)), np.empty(size), np.empty((3, 4))
+    numbers = heap[6:]
     whole, gv = np.empty((lanes, lanes)), np.empty(size)
     both, half = np.empty((6, q)), np.empty((6, q))
     out, gout = np.empty((q + c, q + c)), np.empty(q + c)
@@ -148,7 +149,7 @@ def accumulate_views(
     mixed, roots = mixing.shape[0] > 0, np.empty(TILE)
     for b in range(batch):
         wb = b if weight.shape[0] > 1 else 0
-        vb = b if value.shape[0] > 1 else 0
+        lens, of = intrinsics[b], (value[b if value.shape[0] > 1 else 0], scale, block, mixing)
         small_a[:] = 0.0
         small_g[:] = 0.0
         out[:] = 0.0
@@ -170,8 +171,11 @@ def accumulate_views(
                 for p in range(nl):
                     both[i, k + p] = jloc[b, v, i, p]
             for s in range(views[first + v], views[first + v + 1]):
-                h[:] = 0.0
-                gs[:] = 0.0
+                # What only the view hears of goes to its sum at once.
+                hs, pull = (h, gs) if loose[seat[s]] else (whole, gv)
+                if loose[seat[s]]:
+                    h[:] = 0.0
+                    gs[:] = 0.0
                 d = seats[b, seat[s]]
                 for i in range(3):
                     for p in range(4):
@@ -191,15 +195,14 @@ def accumulate_views(
                     full = (n + LANES - 1) // LANES * LANES if n else 0
                     for i in range(n, full):
                         w[X + i], w[Y + i], w[Z + i] = w[X + n - 1], w[Y + n - 1], w[Z + n - 1]
-                    project_points(w, full, intrinsics[b])
-                    of = value[vb], scale, block, mixing
+                    project_points(w, full, lens)
                     cost[b] += 0.5 * heavy * whiten_blocks(rows, n, *of, heavy, loss, tuning, curved[b], w, roots)
                     if q + c == 0 and not loose[seat[s]]:
                         continue
-                    move_points(n, w[BY_U:], w[UX:], w[LX:], flat)
-                    move_points(n, w[BY_V:], w[VX:], w[LX:], flat[n:])
-                    for p in range(c):
-                        answer_points(own[p], w, n, intrinsics[b], heap[6 + p])
+                    move_points(w, n, BY_U, UX, flat, 0)
+                    move_points(w, n, BY_V, VX, flat, n)
+                    if c > 0:
+                        answer_points(own, w, n, lens, numbers)
                     if mine > 6:
                         grow_points(rows, n, growth, there, w, heap[6 + c])
                     if mixed:
@@ -207,18 +210,18 @@ def accumulate_views(
                     for i in range(n):
                         heap[size, i], heap[size, n + i] = w[U + i], w[V + i]
                     if curved[b]:
-                        bend_points(w, n, heap, gs)
-                    products(heap, 2 * n, h)
+                        bend_points(w, n, heap, pull)
+                    products(heap, 2 * n, hs)
                     some += n
                 if some == 0:
                     continue
                 seen += some
-                for i in range(size):
-                    gs[i] += h[size, i]
-                    gv[i] += gs[i]
-                    for p in range(i + 1):
-                        whole[i, p] += h[i, p]
                 if loose[seat[s]]:
+                    for i in range(size):
+                        gs[i] += h[size, i]
+                        gv[i] += gs[i]
+                        for p in range(i + 1):
+                            whole[i, p] += h[i, p]
                     add_seat(f, d, h, gs, both, k, c, carried, turned, own_g[seat[s]], own_a[seat[s]], wide[seat[s]])
                     for j in range(nl):
                         # A target's motions beside those of a block: where the pose of the view is free.
@@ -236,6 +239,8 @@ def accumulate_views(
             if nl > 0:
                 out[:] = 0.0
                 gout[:] = 0.0
+            for i in range(size):
+                gv[i] += whole[size, i]
             congruence(whole, c, both, half, out, gv, gout)
             if nl == 0:
                 continue

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from robocal.remarks.english.cable_remarks import CableRemarks
 from robocal.remarks.english.drift_remarks import DriftRemarks
+from robocal.remarks.english.drive_remarks import DriveRemarks
 from robocal.remarks.english.files import FileRemarks
 from robocal.remarks.english.identify_remarks import IdentificationRemarks
 from robocal.remarks.english.map_remarks import MapRemarks
@@ -27,6 +28,7 @@ class Code(
     CableRemarks,
     VisionRemarks,
     MapRemarks,
+    DriveRemarks,
 ):
     """Everything that robocal may remark on, by name."""
 

@@ -131,7 +131,7 @@ class IdentificationRemarks:
     CURVED = Phrase(
         "the model is curved within its own uncertainty (curvature {curvature:.2g} along {parameter}): sigmas are those of a linear "
         "model and may be far off",
-        "Measure more, or look at the bootstrap (--bootstrap 1000).",
+        "Measure more, or look at the bootstrap (robocal identify --bootstrap 1000).",
     )
     BOOTSTRAP_SPREAD = Phrase(
         "bootstrap, {draws} draws: the fitted parameters scatter {median:.2g} times as far as the linear sigmas of the fit (median), "

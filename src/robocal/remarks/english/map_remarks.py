@@ -172,6 +172,24 @@ class MapRemarks:
         "Measure the target again and state its size (--size, --square, scale in sheet.yaml), or find it with --free-size. Check the "
         "focal length of the lens, and the unit of the robot's poses.",
     )
+    HAND_EYE_FEW_VIEWS = Phrase(
+        "{count} views prove nothing of where the camera is: views at 6 poses are the fewest that can",
+        "Add the three poses that are listed; 15 to 30 views are usual.",
+    )
+    HAND_EYE_LOST = Phrase(
+        "views that were left out are missed by more than the distance of the target: camera and target are nowhere"
+    )
+    HAND_EYE_NOT_CONVERGED = Phrase(
+        "the search for camera and target did not come to rest: where they are is not told",
+        "Give every image the pose of its own moment, and leave out what is wrong (--exclude). What is looked for beside the frames "
+        "(--free-lens, --free-delay, --free-size) makes it harder.",
+    )
+    HAND_EYE_NOT_EXPLAINED = Phrase(
+        "views that were left out are missed by {left:.3g} rms ({how}), {times:.1f} times what noise and the making of a robot allow "
+        "({allowed:.3g})",
+        "Look at the views with the largest errors, and leave out those beside poses of another moment (--exclude). Check the form of the "
+        "poses. Errors of the robot itself need robocal identify.",
+    )
     HAND_EYE_FAR = Phrase(
         "views that were left out are missed by {left:.2g} at the target (rms), {times:.2g} times what is normal for an arm that nobody "
         "calibrated",

@@ -1,7 +1,5 @@
 """A cable robot that was opened: its data are lengths beside poses, put together by the ids of their rows.
 
-What load cells read, as the rows that a fit takes: one for each freedom of the platform instead of one for each cable.
-
 Data that checks refuse, as wrong input: the file, its key, and what to write there.
 
 Stretch and sag of cables whose lengths were read: by tensions that were read too, or by those that hold the platform's weight.
@@ -18,7 +16,7 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array
-from robocal.cables.geometry import PLATFORM, CableRobot
+from robocal.cables.geometry import CableRobot
 from robocal.cables.hanging import hang
 from robocal.cables.pulley import Pulleys, run
 from robocal.cables.tension import hold
@@ -33,7 +31,7 @@ from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.write import describe_cable, render_cable
 from robocal.files.dataset import read_datasets
-from robocal.files.kinds.lengths import COMPUTED
+from robocal.files.kinds.lengths import COMPUTED, CURRENTS
 from robocal.files.runfolder import ROBOTS, find_run
 from robocal.files.text import InputFile
 from robocal.fit.starts.own import place_configurations
@@ -44,6 +42,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.report.sections import Section
 from robocal.session.cable.calibrated import of_file
+from robocal.session.cable.payload import payload_rows, tensions_of_winches
 from robocal.session.cable.statics_options import robot_inputs
 from robocal.session.cable.summary import facts, summary
 from robocal.session.opened import Data, Inputs, Opened, Rendered
@@ -51,8 +50,9 @@ from robocal.session.prediction import Prediction
 from robocal.session.simulator import Request, Simulator
 from robocal.session.watching import Watch, computable
 
-__all__ = ["OpenedCable", "open_cable", "payload_rows"]
+__all__ = ["OpenedCable", "open_cable"]
 
+WEIGHED = ("load", "winches")  # kinds that say what cables pull with
 TAUT = "mid"  # tensions nearest to the middle of their limits
 # The key of the data file, what was found there, and what was expected, with the numbers of the finding.
 PLACES: dict[str, tuple[str, str | None, str]] = {
@@ -117,6 +117,8 @@ def add_tensions(file: CableFile, data: DataSet) -> tuple[DataSet, tuple[Remark,
             continue
         if obs.options.get("tension") == COMPUTED:
             out[i] = obs = _compute_tensions(file.robot, data, obs)
+        if obs.options.get("tension") == CURRENTS:
+            out[i] = obs = tensions_of_winches(file.robot, data, obs, _start_poses(file.robot, data))
         context: Context[CableRobot] = Context(file.robot, replace(data, observations=(obs,)))
         said += [f.remark for f in stretch.run(context)]
         if "tension" in obs.extra and file.robot.density is not None:
@@ -171,32 +173,6 @@ def _hanging(robot: CableRobot, data: DataSet, obs: Observations) -> tuple[Obser
     return replace(obs, extra={**obs.extra, "hanging": share}), Remark.of(Code.SAG_TAKEN, most=Quantity(most))
 
 
-def payload_rows(file: CableFile, obs: Observations) -> Observations:
-    """Rows of the kind `load` from one reading of every cable. Raises FormatError where the platform's mass is not known, or there are
-    fewer cables than freedoms."""
-    robot = file.robot
-    if robot.mass is None:
-        expected = "mass, and centre_of_mass, in the robot file"
-        raise FormatError("load cells need the platform's mass", file=file.path, key="mass", expected=expected)
-    d, m = len(robot.axes), len(robot.cables)
-    if m < d:
-        raise FormatError(
-            "fewer cables than degrees of freedom do not hold the platform, so load cells do not determine it", file=obs.source, key="kind",
-            found=f"{m} cables for {d}", expected="lengths, swivel, inclination",
-        )  # fmt: skip
-    at, of = np.unique(obs.configuration, return_inverse=True)
-    where, tension, rows = of.ravel(), np.zeros((len(at), m)), np.zeros(len(at), dtype=np.int64)
-    tension[where, obs.extra["cable"].astype(np.int64)] = obs.value[:, 0]
-    rows[where] = obs.rows if obs.rows is not None else 0
-    body = dict(zip(("mass", "cx", "cy", "cz"), (float(robot.mass), *map(float, robot.com)), strict=True))
-    return replace(
-        obs, configuration=np.repeat(at, d), value=np.zeros((len(at) * d, 1)),
-        sigma=None if obs.sigma is None else np.full((len(at) * d, 1), obs.sigma[0, 0]),
-        extra={"axis": np.tile(np.arange(d, dtype=float), len(at)), "tension": np.repeat(tension, d, axis=0)},
-        options={**obs.options, "platform": PLATFORM, "values": body}, rows=np.repeat(rows, d), digits=None, used=None,
-    )  # fmt: skip
-
-
 @record
 class OpenedCable(Opened[CableRobot]):
     """A cable robot."""
@@ -234,8 +210,8 @@ class OpenedCable(Opened[CableRobot]):
                 expected="an id in every row of every file (configuration: {id: ...}), the same where the platform stood still",
             )  # fmt: skip
         kinds = {o.kind for o in joined.observations}
-        if "load" in kinds and not kinds & {"lengths", "swivel"}:
-            source = next(o.source for o in joined.observations if o.kind == "load")
+        if kinds.intersection(WEIGHED) and not kinds & {"lengths", "swivel"}:
+            source = next(o.source for o in joined.observations if o.kind in WEIGHED)
             raise FormatError(
                 "load cells without lengths do not determine anchors", file=source, key="kind", found=", ".join(sorted(kinds)),
                 expected="the lengths of the cables beside them",
@@ -294,4 +270,4 @@ def _name_cables(obs: Observations, file: CableFile) -> Observations:
     obs = replace(obs, options={**obs.options, "cables": cables})
     number = np.array([cables.index(c) for c in columns] if known else range(len(cables)), dtype=float)
     named = replace(obs, extra={**obs.extra, "cable": number[obs.extra["cable"].astype(np.int64)]})
-    return payload_rows(file, named) if obs.kind == "load" else named
+    return payload_rows(file, named) if obs.kind in WEIGHED else named

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from robocal._record import record, replace
+from robocal.errors import ModelError
 from robocal.files.display import listing_text
-from robocal.files.image_files import find_images, read_images
+from robocal.files.image_files import GreyImage, find_images, read_images
+from robocal.files.lens import read_lens
 from robocal.files.marker_search import smallest_family
 from robocal.files.parts import Document, Origin
 from robocal.files.plain import json_text
@@ -130,8 +133,10 @@ class Detected(VerbResult):
         yield from detect_pictures(self)
 
 
-def detect(o: Any, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = ()) -> Detected:
-    """Finds the target that options name, then its corners in every image. Raises InputError."""
+def detect(
+    o: Any, watch: Watch | None = None, command: str = "", files: tuple[str, ...] = (), lens: Path | None = None
+) -> Detected:
+    """Finds the target that options name, then its corners in every image, through a `lens` where its file is given. Raises InputError."""
     named = ("dictionary", "checker", "charuco", "size", "square")
     if o.sheet is not None:
         o.refuse(named, "the sheet says this already", "--sheet alone, or none")
@@ -142,13 +147,18 @@ def detect(o: Any, watch: Watch | None = None, command: str = "", files: tuple[s
     sources = find_images(o.images)
     lengths = Target(size=_metres(o.size), square=_metres(o.square))
     target, said = find_target(wanted, lengths, sources, o.every, watch)
+    read = None if lens is None else read_lens(lens)
+    target = target if read is None else replace(target, lens=read.lens.intrinsics)
     apart = max(1, -(-len(sources) // PICTURES))
     views: list[ImageView] = []
     inputs: dict[InputFile, None] = {} if o.sheet is None else {InputFile(o.sheet, read_text(o.sheet).sha256): None}
+    inputs |= {} if read is None else {read.file: None}
     misses = lacking = 0
     for number, image in enumerate(read_images(sources, o.every)):
         tell(watch, "detect", what=image.view)
         inputs[image.file] = None
+        if read is not None and read.lens.size is not None:
+            _insist_size(image, read.lens.size)
         said.extend(image.remarks)
         view = look_at(image, target)
         if not view.sightings and target.family is not None and misses < MIRRORS:
@@ -174,6 +184,16 @@ def detect(o: Any, watch: Watch | None = None, command: str = "", files: tuple[s
         target=target, views=tuple(views), islands=islands, coverage=coverage, files=files, warnings=(*said, *warnings),
         reasons=tuple(reasons), inputs=tuple(inputs), command=command,
     )  # fmt: skip
+
+
+def _insist_size(image: GreyImage, size: tuple[int, int]) -> None:
+    """Raises ModelError for an image of another size than the lens'."""
+    height, width = image.grey.shape
+    if (width, height) != size:
+        found, expected = f"{width} x {height} px of {image.view}", "{} x {} px, as the lens".format(*size)
+        raise ModelError(
+            "an image of another size than those of the lens", key="--lens", found=found, expected=expected
+        )
 
 
 def _metres(length: float | None) -> float | None:

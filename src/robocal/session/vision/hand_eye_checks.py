@@ -29,12 +29,11 @@ from robocal.remarks.remark import Quantity, Remark
 from robocal.session.vision.corner_table import CAMERA
 from robocal.session.vision.hand_eye_data import HandEyeData
 
-__all__ = ["OF_VIEWS", "contradict_lens", "find_mirrored", "find_moves", "find_turned", "restate", "stands_still"]
+__all__ = ["OF_VIEWS", "contradict_lens", "find_mirrored", "find_moves", "find_turned", "stands_still"]
 
 PIXELS = ("fx", "fy", "cx", "cy")
 FEWEST = 5  # grid: views that tell a lens
 TURNED_CLEARLY = 3.0  # tolerance: times, by which half a turn leaves less
-LENS_FACTOR = "lens-factor"  # the code of a lens of images of another size
 OF_VIEWS = (AXES_EXCHANGED, IMAGE_MIRRORED, TARGET_TURNED, VIEWS_SHIFTED)  # what explains all views
 EVEN = ("k3", "k4", "k5", "k6")  # powers that stay as they are: few views tell them
 
@@ -81,30 +80,6 @@ def _pull(opened: HandEyeData, made: Decision[Rig]) -> float:
     pull = covariance[np.ix_(placed, at)] @ np.linalg.solve(prior, change)
     sigma = np.sqrt(np.diag(covariance)[placed])
     return float(np.max(np.abs(pull)[sigma > 0] / sigma[sigma > 0], initial=0.0))
-
-
-def restate(said: Remark, opened: HandEyeData) -> Remark:
-    """What another verb would write into a data file, by the options of this one."""
-    numbers = said.numbers
-    if said.code == Code.NUMBER_WRONG:
-        symbol = str(numbers["name"]).rpartition(".")[2]
-        change = f"{symbol} {_plain(numbers['stated'])} given, {_plain(numbers['there'])} found"
-        return Remark.of(Code.LENS_CONTRADICTED, names=(change,), z=numbers["z"])
-    if said.code == LENS_FACTOR:
-        change = f"{numbers['name']}: {_plain(numbers['factor'])} times what was given found"
-        return Remark.of(Code.LENS_CONTRADICTED, names=(change,), z=numbers["z"])
-    if said.code == TARGET_TURNED:
-        asked = {k: numbers[k] for k in ("count", "total", "views", "stated", "left")}
-        return Remark.of(Code.LABELS_TURNED, **asked)
-    if said.code == AXES_EXCHANGED:
-        return Remark.of(said.code, **{**numbers, "line": "u is v, and v is u"})
-    return said
-
-
-def _plain(value: object) -> str:
-    """A number without its unit."""
-    number = value.value if isinstance(value, Quantity) else value
-    return f"{number:.5g}" if isinstance(number, int | float) else str(number)
 
 
 def _by_views(opened: HandEyeData, made: Decision[Rig]) -> dict[str, tuple[float, float]]:

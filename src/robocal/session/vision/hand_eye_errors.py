@@ -30,7 +30,8 @@ __all__ = ["HandEyeErrors", "chain_of", "find_errors", "frame_of", "middle_of"]
 @record(eq=False)
 class HandEyeErrors:
     """Of every view (V,) the error at the target, m, and of its corners, px (NaN of poses, and where it was not left out); the statistic of
-    these errors, how views were left out, what is normal, m, and the root mean square of corners along u and v, px."""
+    these errors, how views were left out, what is normal, m, and the root mean square of corners along u and v, px. `lost`: they are larger
+    than the distance of the target, and mean nothing."""
 
     each: Array
     corners: Array
@@ -39,6 +40,7 @@ class HandEyeErrors:
     axes: tuple[float, float] | None
     how: str
     normal: float
+    lost: bool = False
 
 
 def frame_of(made: Decision[Rig], name: str) -> Array:
@@ -62,8 +64,8 @@ def chain_of(camera: Array, target: Array, inhand: bool) -> tuple[Array, Array]:
     return (se3.inverse(camera), target) if inhand else (camera, target)
 
 
-def find_errors(made: Decision[Rig], flange: Array, inhand: bool) -> HandEyeErrors:
-    """Of views that were left out one by one, or else of those that were held out."""
+def find_errors(made: Decision[Rig], flange: Array, inhand: bool, distance: float = np.inf) -> HandEyeErrors:
+    """Of views that were left out one by one, or else of those that were held out; the target is at a `distance` (m) in most views."""
     proofs, obs = made.proven.proofs, made.need_data.observations[0]
     name = next((n for n in ("leave_one_out", "k_fold", "held_out") if n in proofs), None)
     target, middle = middle_of(made)
@@ -82,7 +84,11 @@ def find_errors(made: Decision[Rig], flange: Array, inhand: bool) -> HandEyeErro
         corners = np.sqrt(np.bincount(where[told], after[told] ** 2, minlength=len(flange)) / many)
         corners[np.bincount(where[told], minlength=len(flange)) == 0] = np.nan
     each = _at_target(made, proof, flange, target, middle, inhand)
-    return HandEyeErrors(each, corners, Statistic.of(each[np.isfinite(each)]), pixels, axes, proof.split.how, normal)
+    left = Statistic.of(each[np.isfinite(each)])
+    if left is not None and not left.rms <= distance:
+        none = np.full(len(flange), np.nan)
+        return HandEyeErrors(none, none, None, None, None, proof.split.how, normal, lost=True)
+    return HandEyeErrors(each, corners, left, pixels, axes, proof.split.how, normal)
 
 
 def _lever(made: Decision[Rig], flange: Array, target: str, middle: Array, inhand: bool) -> float:

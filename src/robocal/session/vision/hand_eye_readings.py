@@ -1,4 +1,5 @@
-"""Other ways to read the robot's poses: in the other direction, with the scalar of a quaternion elsewhere, in other units, out of step.
+"""Other ways to read the robot's poses: in the other direction, with another meaning of their angles, in other units, out of step, and with
+one number of an orientation wrong.
 
     Y_i = A M_i B,    M_i = T_i for a camera beside the robot, T_i^-1 for one in the hand
 
@@ -9,6 +10,7 @@ of it says whether a reading can be right. T read as T^-1 is the same as a camer
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import combinations
 
 import numpy as np
 
@@ -128,6 +130,9 @@ def _forms(opened: HandEyeData, where: Ints, seen: Array, other: str) -> Iterato
         yield name, option, in_direction(made, opened.inverse), seen
         both = f"{name} and the other direction", f"{option}, and {other}"
         yield *both, in_direction(made, not opened.inverse), seen
+    for name, option, turn in _one_number(opened.robot, opened.pairs.pose[where]):
+        made, where_to = se3.compose(turn, raw[:, :3, 3]), "in the file of the poses"
+        yield name, f"{option} {where_to}", in_direction(made, opened.inverse), seen
     for name, option, made in _columns(raw):
         yield name, option, in_direction(made, opened.inverse), seen
     for factor, name in ((1 / KILO, "mm"), (KILO, "m")):
@@ -164,12 +169,36 @@ def _of_target(target: RobotPoses, opened: HandEyeData, where: Ints, seen: Array
         ("T_camera_target", "without --target-inverse") if inverse else ("T_target_camera", "--target-inverse")
     )
     yield f"poses of the target in the other direction ({symbol})", option, flange, se3.inverse(seen)
+    place = (se3.inverse(target.pose) if inverse else target.pose)[rows, :3, 3]
+    for name, option, turn in _one_number(target, rows):
+        made, said = se3.compose(turn, place), f"{option} in the file of the target's poses"
+        yield f"{name}, of the target's poses", said, flange, se3.inverse(made) if inverse else made
     if target.form.startswith("quaternion"):
-        place = (se3.inverse(target.pose) if inverse else target.pose)[rows, :3, 3]
         for name, option, turn in _turns(target, rows):
             made = se3.compose(turn, place)
             said = option.replace("--quaternion", "--target-quaternion")
             yield f"{name} of the target's poses", said, flange, se3.inverse(made) if inverse else made
+
+
+def _one_number(poses: RobotPoses, rows: Ints) -> Iterator[tuple[str, str, Array]]:
+    """Orientations of which one number has the other sign or another unit, or two are exchanged."""
+    if not poses.columns:
+        return
+    numbers, scalar = poses.numbers[rows], {"quaternion_xyzw": 3, "quaternion_wxyz": 0}.get(poses.form)
+    own = [i for i in range(numbers.shape[1]) if i != scalar]  # another sign of the scalar is the other direction
+    for i in own:
+        name, made = poses.columns[i], np.array(numbers)
+        made[:, i] *= -1
+        yield f"{name} with the other sign", f"change the sign of {name}", poses.turns(made)
+        for factor, unit in ((1 / DEGREES, "deg"), (DEGREES, "rad")) if scalar is None else ():
+            made = np.array(numbers)
+            made[:, i] *= factor
+            yield f"{name} in {unit}", f"write `{name} [{unit}]` at the head of its column", poses.turns(made)
+    for i, j in combinations(own, 2):
+        made = np.array(numbers)
+        made[:, [i, j]] = numbers[:, [j, i]]
+        both = f"{poses.columns[i]} and {poses.columns[j]}"
+        yield f"{both} exchanged", f"exchange {both}", poses.turns(made)
 
 
 def _turns(robot: RobotPoses, rows: Ints) -> Iterator[tuple[str, str, Array]]:

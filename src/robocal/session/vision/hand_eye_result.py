@@ -39,15 +39,16 @@ from robocal.session.vision.hand_eye_checks import (
     find_mirrored,
     find_moves,
     find_turned,
-    restate,
     stands_still,
 )
 from robocal.session.vision.hand_eye_data import EYE, HandEyeData, open_hand_eye
 from robocal.session.vision.hand_eye_errors import HandEyeErrors, chain_of, find_errors, frame_of, middle_of
+from robocal.session.vision.hand_eye_exchanged import find_exchanged
 from robocal.session.vision.hand_eye_frames import PlacedFrame, frames_listing, place_frames
 from robocal.session.vision.hand_eye_readings import PoseReading, doubt_poses, read_otherwise
 from robocal.session.vision.hand_eye_size import contradict_size
 from robocal.session.vision.hand_eye_unknowns import find_lateness, locate_unknowns
+from robocal.session.vision.hand_eye_words import restate
 from robocal.session.watching import computable
 from robocal.vision.lenses import Lens
 
@@ -62,7 +63,7 @@ READINGS = 4  # grid: of the robot's poses, that are told
 SILENT = ("coverage", "place", "few-numbers")
 HARDLY_TURNS = {LITTLE_TURN, ONE_AXIS}  # with them nothing tells a size
 # The robot's own errors are said in mm, and the views alone say what the lens is.
-HIDDEN = (Code.ABOVE_STATED_NOISE, Code.NUMBER_DOUBTED, "lens-factor-doubted")
+HIDDEN = (Code.ABOVE_STATED_NOISE, Code.NUMBER_DOUBTED, "lens-factor-doubted", Code.NOT_LINEAR, Code.ONE_STEP_MISLEADS)
 
 
 @record(kw_only=True)
@@ -263,14 +264,8 @@ def _frame_part(f: PlacedFrame) -> FramePart:
     covariance = (f.covariance * np.outer(scale, scale)).tolist()
     xyz, q = matrix[:3, 3].tolist(), list(f.quaternion)
     return FramePart(
-        parent=f.parent,
-        child=f.child,
-        unit="mm",
-        xyz=xyz,
-        quaternion_xyzw=q,
-        matrix=matrix.tolist(),
-        covariance=covariance,
-    )
+        parent=f.parent, child=f.child, unit="mm", xyz=xyz, quaternion_xyzw=q, matrix=matrix.tolist(), covariance=covariance
+    )  # fmt: skip
 
 
 def find_hand_eye(
@@ -284,7 +279,7 @@ def find_hand_eye(
         readings = read_otherwise(opened)
         solver = Solver(folds=o.folds, hold_out=None if o.folds is None else 0.0)
         opened, made = locate_unknowns(opened, solver, watch)
-        errors = find_errors(made, opened.flange, opened.inhand)
+        errors = find_errors(made, opened.flange, opened.inhand, readings[0].distance if readings else np.inf)
         verdict, said = _judge(opened, made, errors, readings)
         frames = place_frames(made, opened.inhand, opened.hand)
     return HandEyeCalibration(
@@ -311,11 +306,14 @@ def _judge(
         *doubts,
         *([] if still is None else [still]),
         *find_mirrored(opened, made),
-        *(restate(r, opened) for r in given.reasons if r.code in OF_VIEWS),
+        *(restate(r, opened, errors) for r in given.reasons if r.code in OF_VIEWS),
     ]
     if explained:
         return Verdict("refused", tuple(explained)), said
-    verdict = replace(given, reasons=tuple(dict.fromkeys(restate(r, opened) for r in given.reasons)))
+    verdict = replace(given, reasons=tuple(dict.fromkeys(restate(r, opened, errors) for r in given.reasons)))
+    exchanged = list(find_exchanged(opened))
+    if exchanged and verdict.status != "located":
+        return Verdict("refused", tuple(exchanged)), said
     if moves := find_moves(opened, made):
         verdict = verdict.instead("refused", *moves)
     left = errors.left_out
@@ -346,4 +344,7 @@ def _judge(
         for when in (When.DATA, When.FIT)
         for f in run_checks(when, made, DIAGNOSE, PROVE, skip=(*made.silent, *SILENT))
     ]
-    return verdict, [*said, *(f.remark for f in findings if f.code not in HIDDEN)]
+    told = [f.remark for f in findings if f.code not in HIDDEN]
+    if {r.code for r in exchanged} - {r.code for r in told}:  # of corners a fit tells the same, with pixels
+        told += exchanged
+    return verdict, [*said, *told]

@@ -21,7 +21,7 @@ from robocal.session.vision.corner_table import CAMERA, CORNERS, CornerTable
 from robocal.session.vision.marker_places import EXPECTED
 from robocal.session.vision.place_views import predict_views
 from robocal.vision.lenses import Lens
-from robocal.vision.map_gauge import project_covariance, rigid_motions, take_markers
+from robocal.vision.map_gauge import project_covariance, rigid_motions, rigid_projector, take_markers
 from robocal.vision.map_views import MapViews, project_map
 from robocal.vision.maps import MarkerMap
 from robocal.vision.sheets import SQUARE
@@ -91,9 +91,9 @@ def predict_map(
     there = take_markers(known, [known.names[i] for i in np.flatnonzero(seen)])
     reference = int(seen[seen > 0].argmax())
     table = corner_table(there, cameras, sights, seen, sigma, size)
-    found, after = _predict(table, there, lens, reference, survey)
+    found, after, across = _predict(table, there, lens, reference, survey)
     views = table.keep(np.ones(len(table.pixels), dtype=bool))
-    camera = predict_views(views, found, after, cameras[shown > 0])
+    camera = predict_views(views, found, after, cameras[shown > 0], across)
     return PredictedMap(found, after, shown, seen, camera, there.names[reference])
 
 
@@ -139,8 +139,8 @@ def _join(known: MarkerMap, sights: MapViews, views: int, survey: float | None) 
 
 def _predict(
     table: CornerTable, there: MarkerMap, lens: Lens, reference: int, survey: float | None
-) -> tuple[MarkerMap, Lens]:
-    """The map with its covariance, and the lens with what is left of its own."""
+) -> tuple[MarkerMap, Lens, Array]:
+    """The map with its covariance, the lens with what is left of its own, and the covariance (6M, k) between the two."""
     own = None if survey is None else (survey,) * 3 + (EXPECTED[1],) * 3
     targets = tuple(
         replace(f, prior=own) if own is not None else replace(f, free=(i != reference,) * 6)
@@ -158,7 +158,10 @@ def _predict(
     covariance[np.ix_(rows, rows)] = total.covariance[np.ix_(told, told)]
     own_lens = [free.index(f"{CAMERA}.{s}") for s in lens.known]
     after = Lens.of(lens.model, lens.numbers, lens.size, lens.known, total.covariance[np.ix_(own_lens, own_lens)])
-    return replace(there, covariance=project_covariance(there, covariance)), after
+    across = np.zeros((len(names), len(own_lens)))
+    across[rows] = total.covariance[np.ix_(told, own_lens)]
+    made = replace(there, covariance=project_covariance(there, covariance))
+    return made, after, rigid_projector(there) @ across
 
 
 def _from_reference(known: MarkerMap, at: int) -> Array:

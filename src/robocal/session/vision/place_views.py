@@ -32,6 +32,7 @@ from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Rig
 from robocal.measure.pixels import EDGE, rays
+from robocal.parameters import FRAME_SYMBOLS
 from robocal.progress import Watch
 from robocal.session.vision.corner_table import CAMERA, CornerTable
 from robocal.session.vision.displaced import exclude_markers, find_displaced, most_displaced
@@ -106,7 +107,7 @@ def locate_views(
     moved = {m.change.name: m.other for m in find_displaced(clean, prior, "none")[: most_displaced(prior)]}
     clean = with_edges(replace(table, data=exclude_markers(clean, [*moved])), edges, prior).data
     noisy, x = _fit(clean)
-    covariance = _local_covariance(noisy, x)
+    covariance = _local_covariance(noisy, x, uncertainty(noisy, x).covariance if noisy.n else np.zeros((0, 0)))
     inward = se3.from_vector(noisy.values_of(0, x)[0])
     (obs,) = clean.observations
     residual = _residual(noisy, x, len(obs))
@@ -127,14 +128,31 @@ def locate_views(
     )  # fmt: skip
 
 
-def predict_views(table: CornerTable, known: MarkerMap, lens: Lens, cameras: Array) -> Array:
+def predict_views(
+    table: CornerTable, known: MarkerMap, lens: Lens, cameras: Array, across: Array | None = None
+) -> Array:
     """The covariance (U, 6, 6) that images in a map will have, (v, w) in map axes, of the views of a table at the truth T_map_camera
-    (U, 4, 4)."""
+    (U, 4, 4); `across` (6M, k) is that between the map and the lens which were found together. `locate_views` knows nothing of it:
+
+    C + A D A^T,   A = C P^-1 the part of the priors' errors that is left, P what it takes these to be, D what they have more
+    """
     data, *_ = _data(table, known, lens)
     start = se3.to_vector(se3.inverse(cameras))
     problem = build(Rig(CAMERA), replace(data, configurations=replace(data.configurations, start=start)))
     x = problem.start
-    return _outward(se3.from_vector(problem.values_of(0, x)[0]), _local_covariance(problem, x))[1]
+    shared = uncertainty(problem, x).covariance
+    if across is not None:
+        markers, numbers = (
+            [f"{n}.{s}" for n in known.names for s in FRAME_SYMBOLS],
+            [f"{CAMERA}.{s}" for s in lens.known],
+        )
+        at = {n: i for i, n in enumerate(problem.free)}
+        rows, mine = zip(*((at[n], i) for i, n in enumerate(markers) if n in at), strict=True)
+        more = np.zeros((problem.n, problem.n))
+        more[np.ix_(rows, [at[n] for n in numbers])] = across[list(mine)]
+        left = shared @ problem.prior_root.T @ problem.prior_root
+        shared = shared + left @ (more + more.T) @ left.T
+    return _outward(se3.from_vector(problem.values_of(0, x)[0]), _local_covariance(problem, x, shared))[1]
 
 
 def _larger(problem: Problem, x: Array, known: MarkerMap, edges: EdgeErrors | None) -> float | None:
@@ -215,13 +233,12 @@ def _in_map(obs: Observations, known: MarkerMap) -> Array:
     return np.asarray(np.einsum("nij,nj->ni", poses[:, :3, :3], obs.extra["point"]) + poses[:, :3, 3])
 
 
-def _local_covariance(problem: Problem, x: Array) -> Array:
-    """The covariance (U, 6, 6) of the configurations' own poses: of their rows, N^-1, and of what is shared, with K = N^-1 J_l^T J,
+def _local_covariance(problem: Problem, x: Array, shared: Array) -> Array:
+    """The covariance (U, 6, 6) of the configurations' own poses: of their rows, N^-1, and of what is shared, C, with K = N^-1 J_l^T J,
 
     N^-1 + K C K^T
     """
     lin = problem.linearize(x)
-    shared = uncertainty(problem, x).covariance if problem.n else np.zeros((0, 0))
     out = np.zeros((problem.configurations, 6, 6))
     order = np.argsort(lin.local, kind="stable")
     edges = np.searchsorted(lin.local[order], np.arange(problem.configurations + 1))

@@ -53,7 +53,8 @@ MOST_SQUARES = 200  # tolerance: what a board may have
 class Target:
     """Markers of a dictionary (`family`), a board of `squares` (columns, rows), or both: ChArUco. Edges in m, where they are known;
     `legacy`: the first square of a ChArUco board is white where rows are even, as OpenCV before 4.6 printed it; `border`: cells of black
-    around the code of a marker; `sheet`: what stands where, where its file was given; `library`: one of SEARCHES."""
+    around the code of a marker; `sheet`: what stands where, where its file was given; `library`: one of SEARCHES; `lens` (9,): the
+    intrinsics of a known lens, through which straight edges are curves."""
 
     family: str | None = None
     squares: tuple[int, int] | None = None
@@ -63,6 +64,7 @@ class Target:
     border: int = 1
     sheet: Sheet | None = None
     library: str = SEARCHES[0]
+    lens: Array | None = None
 
     @property
     def text(self) -> str:
@@ -99,7 +101,7 @@ class Target:
                 if cells is None:
                     strangers.append(number)
                     continue
-                one = fit_sighting(image.levels, number, corners, cells)
+                one = fit_sighting(image.levels, number, corners, cells, self.lens)
                 if one is None:
                     dropped.append(number)
                 else:
@@ -112,7 +114,7 @@ class Target:
             else:
                 start = find_charuco(image.grey, self.squares, self.family, self.legacy, self.ids, self.border)
             if start is not None:
-                board = fit_saddles(image.levels, *start, columns)
+                board = fit_saddles(image.levels, *start, columns, self.lens)
                 if board is not None:
                     seen.append(board)
         return seen, dropped, strangers

@@ -27,6 +27,7 @@ GROUPS = "gain, eccentricity, ripple, backlash, compliance, sag, bending, expans
 USUAL = Solver()  # what is taken where nobody says
 UNRECORDED = ("robot", "data", "output", "force")  # the recipe names files by themselves
 IF_GIVEN = ("base", "tip", "compare", "region", "tolerance")
+IF_TRUE = ("two_stages",)
 
 
 @record
@@ -39,6 +40,7 @@ class Options(BaseOptions):
     robocal identify rv-2aj data.yaml --method pinv --free alpha,beta,d,r
     robocal identify panda front.yaml right.yaml high.yaml --hold-out group --folds 3
     robocal identify robot.yaml data.yaml --compare
+    robocal identify robot.yaml lengths.yaml pixels.yaml --two-stages
     robocal identify robot.yaml data.yaml --groups eccentricity,ripple,compliance --layer
 
     Exit status 0 when the verdict is improved; 3 when it is not, or when it holds only where it was
@@ -83,6 +85,10 @@ class Options(BaseOptions):
         None,
         "Try several estimators on the same split, side by side: say lm,ekf,lse; alone: all that are worth it",
         "[METHODS]",
+    )
+    two_stages: bool = option(
+        False,
+        "Also identify in two stages, on the same split: a map of the markers from images alone, then the robot with that map",
     )
     loss: str = option(USUAL.loss, f"{', '.join(LOSSES)}: reduces the weight of outliers", "LOSS", choices=LOSSES)
     hold_out: str | float | None = option(
@@ -146,7 +152,7 @@ class Options(BaseOptions):
     def record(self) -> dict[str, Any]:
         """Every choice, for the recipe; links of a URDF and the like when they were given."""
         given = {k: v for k, v in self.given.items() if k not in UNRECORDED}
-        return {k: v for k, v in given.items() if k not in IF_GIVEN or v is not None}
+        return {k: v for k, v in given.items() if (k not in IF_GIVEN or v is not None) and (k not in IF_TRUE or v)}
 
 
 def share(given: float | str | None) -> float | str | None:
@@ -203,6 +209,10 @@ def identify_machine(o: Options, solver: Solver, watch: Watch | None, command: s
     )
     timed = Timed()
     opened, data = choose(inputs.opened, inputs.data, free=o.free, fix=o.fix, prior=o.prior)
+    if o.two_stages:
+        from robocal.session.two_stages import views_of_map
+
+        views_of_map(data)
     region, read = working_range(opened, data, o.region)
     options = replace(solver, region=region, tolerance=o.si(opened.units).tolerance)
     every = (*inputs.files, *read)

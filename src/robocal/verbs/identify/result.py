@@ -9,6 +9,7 @@ methods         the other estimators, beside the one that was chosen
 
 from __future__ import annotations
 
+import dataclasses
 import datetime
 import time
 from collections.abc import Mapping, Sequence
@@ -42,6 +43,7 @@ from robocal.session.opened import Opened
 from robocal.session.watching import Watch
 
 if TYPE_CHECKING:
+    from robocal.prove.compare import MethodEntry
     from robocal.prove.nongeometric.layer import Guarded, Layer
 
 __all__ = ["MEASURED", "Timed", "beside", "methods_of", "recipe_of", "with_groups", "working_range"]
@@ -83,6 +85,7 @@ def recipe_of(
     )
 
 
+TWO_STAGES = "two-stages"
 MEASURED = "measured"  # the word for: where it was measured will do
 
 
@@ -160,13 +163,18 @@ def beside(
     identification."""
     more: dict[str, Any] = {}
     columns: dict[str, list[Any]] = {}
-    if methods := methods_of(o.compare, o.method):
+    methods = methods_of(o.compare, o.method)
+    if methods or o.two_stages:
         from robocal.prove.compare import compare
         from robocal.session.compared_rows import comparison_columns
 
         known = (found, solved[1])
-        compared = compare(opened.machine, data, methods, solved[0], known=known, watch=watch)
-        more["comparison"], columns = to_display(files.Comparison, compared), comparison_columns(compared)
+        compared = compare(opened.machine, data, methods or (o.method,), solved[0], known=known, watch=watch)
+        columns = comparison_columns(compared) if methods else {}
+        if o.two_stages:
+            way = _two_stages(opened, data, found, solved[0], watch)
+            compared = dataclasses.replace(compared, methods=(*compared.methods, way))
+        more["comparison"] = to_display(files.Comparison, compared)
     if not o.layer:
         return None, more, columns
     guarded = guard_layer(found, data, watch)
@@ -174,6 +182,21 @@ def beside(
     said = {"reason": str(reason), "code": reason.code, "used": guarded.layer is not None, "n": guarded.rows}
     more["layer"] = to_display(files.LayerSummary, guarded, points=points, **said)
     return guarded.layer, more, columns
+
+
+def _two_stages(
+    opened: Opened[Any], data: DataSet, found: Identification[Any], options: Options, watch: Watch | None
+) -> MethodEntry:
+    """The way in two stages, on the split of an identification; why it failed, where it did."""
+    from robocal.prove.compare import MethodEntry, entry_beside
+    from robocal.session.two_stages import identify_in_stages
+
+    title, timed = "a map of the markers from images alone, then the robot with that map", Timed()
+    try:
+        made = identify_in_stages(opened.machine, data, dataclasses.replace(options, bootstrap=None), watch)
+    except ModelError as error:
+        return MethodEntry(TWO_STAGES, title, failed=str(error))
+    return entry_beside(TWO_STAGES, title, made, found, timed.seconds)
 
 
 def guard_layer(found: Identification[Chain], data: DataSet, watch: Watch | None = None) -> Guarded:

@@ -33,6 +33,7 @@ class Options(BaseOptions):
     robocal vision detect images -o corners.csv
     robocal vision detect "cam1/*.png" --dictionary 36h11 --size 60
     robocal vision detect images --checker 10x8 --square 20 -o corners.csv
+    robocal vision detect images --dictionary 36h11 --size 60 --lens lens.yaml -o corners.csv
     robocal vision detect images --charuco 5x7 --dictionary 6x6_250 --square 36 --size 18
 
     With -o corners.csv, corners.json and corners.html are written beside it. The middle of the first pixel is (0, 0).
@@ -56,6 +57,9 @@ class Options(BaseOptions):
     square: float | None = option(
         None, "Edge of a square of a board, as measured on the print", "MM", unit="mm", above=0
     )
+    lens: Path | None = option(
+        None, "The lens, where it is known: corners are found through it, and told more surely", "FILE"
+    )
     search: str = option(
         "opencv",
         "What looks for markers; the AprilTag library needs pip install 'robocal[apriltag]'",
@@ -74,12 +78,12 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[De
     from robocal.session.vision.detection import detect
 
     if o.output is None:
-        return run_verb(o, (), lambda: detect(o, watch, command))
+        return run_verb(o, (), lambda: detect(o, watch, command, lens=o.lens))
     if o.output.suffix.lower() != ".csv":  # --force on an image would replace it
         raise ModelError("corners are a CSV", key="--output", found=str(o.output), expected="a name that ends in .csv")
     files = tuple(o.output.with_suffix(end).name for end in (o.output.suffix, ".json", ".html"))
     beside = replace(o, output=o.output.parent)
-    return run_verb(beside, files, lambda: detect(o, watch, command, files), sections, details)
+    return run_verb(beside, files, lambda: detect(o, watch, command, files, o.lens), sections, details)
 
 
 def sections(made: Outcome[Detected]) -> Iterator[Section]:

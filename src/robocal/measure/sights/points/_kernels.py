@@ -12,9 +12,12 @@ BROWN, RATIONAL, FISHEYE = 9, 12, 8  # numbers of a camera (`vision.camera.MODEL
 AXIS = 1e-24  # of a square of slopes: so near to the axis, angle and slope are one
 TILE = 64  # points that are projected at once
 # Where the numbers of a tile lie: points in the camera's axes and seen from the origin of their frame, pixels, their derivatives,
-# what multiplies these, and the share that a loss keeps. Constants: so the compiler sees that no two of them meet.
-X, Y, Z, LX, LY, LZ, U, V, UX, UY, UZ, VX, VY, VZ, BY_U, BY_V, SHARE, FLAT_X, FLAT_Y = (TILE * i for i in range(19))
-SIZE, WIDE = 19 * TILE, 2 * TILE
+# what multiplies these, and the share that a loss keeps; then the derivatives of both pixels by every number of a Brown lens.
+# Constants: so the compiler sees that no two of them meet.
+X, Y, Z, LX, LY, LZ, U, V, UX, UY, UZ, VX, VY, VZ, BY_U, BY_V, SHARE, FLAT_X, FLAT_Y, ANSWERS = (
+    TILE * i for i in range(20)
+)
+SIZE, WIDE = ANSWERS + 2 * BROWN * TILE, 2 * TILE
 
 
 @kernel
@@ -97,37 +100,43 @@ def project_fisheye(w, n, f):
 
 
 @kernel
-def answer(number, w, i, f):
-    """The derivatives of the two pixels of point i of a tile by one of the nine numbers f of a Brown lens."""
-    x, y = w[FLAT_X + i], w[FLAT_Y + i]
-    r2 = x * x + y * y
-    if number < 4:
-        if number > 1:
-            return (1.0, 0.0) if number == 2 else (0.0, 1.0)
-        d = 1.0 + r2 * (f[4] + r2 * (f[5] + r2 * f[8]))
-        if number == 0:
-            return x * d + 2.0 * f[6] * x * y + f[7] * (r2 + 2.0 * x * x), 0.0
-        return 0.0, y * d + f[6] * (r2 + 2.0 * y * y) + 2.0 * f[7] * x * y
-    if number == 6:
-        return 2.0 * f[0] * x * y, f[1] * (r2 + 2.0 * y * y)
-    if number == 7:
-        return f[0] * (r2 + 2.0 * x * x), 2.0 * f[1] * x * y
-    power = r2 if number == 4 else (r2 * r2 if number == 5 else r2 * r2 * r2)
-    return f[0] * x * power, f[1] * y * power
+def answer_brown(w, n, f):
+    """In the tile w, the derivatives of the two pixels of n points by each of the nine numbers f of a Brown lens."""
+    fx, fy, k1, k2, p1, p2, k3 = f[0], f[1], f[4], f[5], f[6], f[7], f[8]
+    for i in range(n):
+        x, y = w[FLAT_X + i], w[FLAT_Y + i]
+        xx, yy, xy = x * x, y * y, x * y
+        r2 = xx + yy
+        d = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+        by_p1, by_p2 = r2 + 2.0 * yy, r2 + 2.0 * xx
+        w[ANSWERS + i], w[ANSWERS + TILE + i] = x * d + 2.0 * p1 * xy + p2 * by_p2, 0.0
+        w[ANSWERS + 2 * TILE + i], w[ANSWERS + 3 * TILE + i] = 0.0, y * d + p1 * by_p1 + 2.0 * p2 * xy
+        w[ANSWERS + 4 * TILE + i], w[ANSWERS + 5 * TILE + i] = 1.0, 0.0
+        w[ANSWERS + 6 * TILE + i], w[ANSWERS + 7 * TILE + i] = 0.0, 1.0
+        u, v = fx * x * r2, fy * y * r2
+        w[ANSWERS + 8 * TILE + i], w[ANSWERS + 9 * TILE + i] = u, v
+        u, v = u * r2, v * r2
+        w[ANSWERS + 10 * TILE + i], w[ANSWERS + 11 * TILE + i] = u, v
+        w[ANSWERS + 12 * TILE + i], w[ANSWERS + 13 * TILE + i] = 2.0 * fx * xy, fy * by_p1
+        w[ANSWERS + 14 * TILE + i], w[ANSWERS + 15 * TILE + i] = fx * by_p2, 2.0 * fy * xy
+        w[ANSWERS + 16 * TILE + i], w[ANSWERS + 17 * TILE + i] = u * r2, v * r2
 
 
 @kernel
-def answer_points(number, w, n, f, out):
-    """out (2 n) <- the derivatives of the two pixels of n points of a tile by one of the numbers f of a camera, times what multiplies them:
-    those of u, then those of v."""
+def answer_points(own, w, n, f, out):
+    """out (c, 2 n) <- the derivatives of the two pixels of n points of a tile by the numbers own (c,) of a camera f, times what multiplies
+    them: those of u, then those of v."""
     if f.shape[0] == BROWN:
-        for i in range(n):
-            x, y = answer(number, w, i, f)
-            out[i], out[n + i] = w[BY_U + i] * x, w[BY_V + i] * y
+        answer_brown(w, n, f)
+        for p in range(own.shape[0]):
+            at = ANSWERS + 2 * TILE * own[p]
+            for i in range(n):
+                out[p, i], out[p, n + i] = w[BY_U + i] * w[at + i], w[BY_V + i] * w[at + TILE + i]
     else:
-        for i in range(n):
-            x, y = answer_wide(number, w[FLAT_X + i], w[FLAT_Y + i], f)
-            out[i], out[n + i] = w[BY_U + i] * x, w[BY_V + i] * y
+        for p in range(own.shape[0]):
+            for i in range(n):
+                x, y = answer_wide(own[p], w[FLAT_X + i], w[FLAT_Y + i], f)
+                out[p, i], out[p, n + i] = w[BY_U + i] * x, w[BY_V + i] * y
 
 
 @kernel
@@ -167,8 +176,12 @@ def place_points(rows, n, point, growth, edge, there, f, w):
     c0, c1, c2, c3 = there[2, 0], there[2, 1], there[2, 2], there[2, 3]
     fx, fy, fz = f[0, 3], f[1, 3], f[2, 3]
     for i in range(n):
-        at, by = point[rows[i]], growth[rows[i]]
-        x, y, z = at[0] + edge * by[0], at[1] + edge * by[1], at[2] + edge * by[2]
+        j = rows[i]  # no view of a row is made: each costs as much as a point
+        x, y, z = (
+            point[j, 0] + edge * growth[j, 0],
+            point[j, 1] + edge * growth[j, 1],
+            point[j, 2] + edge * growth[j, 2],
+        )
         lx, ly, lz = a0 * x + a1 * y + a2 * z + a3, b0 * x + b1 * y + b2 * z + b3, c0 * x + c1 * y + c2 * z + c3
         w[LX + i], w[LY + i], w[LZ + i] = lx, ly, lz
         w[X + i], w[Y + i], w[Z + i] = lx + fx, ly + fy, lz + fz
@@ -188,15 +201,16 @@ def grow_points(rows, n, growth, there, w, out):
 
 
 @kernel
-def move_points(n, by, slope, lever, out):
-    """What motions (v, w) of their frame do to one pixel of n points, times `by`: six columns, out[0], out[WIDE] and so on, of its slope
-    by x, y and z, and of the levers."""
+def move_points(w, n, by, slope, out, first):
+    """What motions (v, w) of their frame do to one pixel of n points of a tile, times its numbers `by`: six columns, out[first],
+    out[first + WIDE] and so on, of its slope by x, y and z, and of the levers."""
     for i in range(n):
         # d point = v + w x lever, so d uv = jp v + (lever x jp) w.
-        x, y, z = by[i] * slope[i], by[i] * slope[TILE + i], by[i] * slope[2 * TILE + i]
-        lx, ly, lz = lever[i], lever[TILE + i], lever[2 * TILE + i]
-        out[i], out[WIDE + i], out[2 * WIDE + i] = x, y, z
-        out[3 * WIDE + i], out[4 * WIDE + i], out[5 * WIDE + i] = ly * z - lz * y, lz * x - lx * z, lx * y - ly * x
+        f, at = w[by + i], first + i
+        x, y, z = f * w[slope + i], f * w[slope + TILE + i], f * w[slope + 2 * TILE + i]
+        lx, ly, lz = w[LX + i], w[LY + i], w[LZ + i]
+        out[at], out[WIDE + at], out[2 * WIDE + at] = x, y, z
+        out[3 * WIDE + at], out[4 * WIDE + at], out[5 * WIDE + at] = ly * z - lz * y, lz * x - lx * z, lx * y - ly * x
 
 
 @kernel

@@ -1,0 +1,28 @@
+"""The limits of drives: sweeps, orders, and what a table explains; `diagnose.limits` has the others, and lists all."""
+
+from __future__ import annotations
+
+import math
+
+from robocal.fit.limits import limit, topic
+
+# fmt: off
+
+topic("Drives")
+TABLE_EXPLAINS = limit(0.5, "of the variance",
+    "A table that leaves more than it explains adds more to an effort than it takes from it, once it is a little wrong.")
+READING_EXPLAINS = limit(0.7, "of the variance",
+    "Orders of a wrong reading explain a few percent; another reading that explains this is no chance.", "tests/session/test_drive_logs.py")
+SLOTS_NAME = limit(0.5, "of the variance", "Slots and poles that name less than half of what was found are not those of this motor.")
+SAME_PACE = limit(1.5, "times the slowest", "Sweeps at one speed differ by less; the next speed that people try is twice as fast.")
+QUICK_RIPPLE = limit(0.3, "rad/s (standard deviation)",
+    "A led rotor slips by less; a rotor that runs through its cogging changes its speed by more.", "shared/data/cogging-motor")
+PREFER_SIDE = limit(0.95, "chance", "Phases per direction double the numbers of a table: they are taken where arcs prefer them surely.")
+OTHER_GAIN = limit(0.5, "of the curve", "A log of the same motor shows the curve whole, 0.9 to 1.3 times; of another one it shows none.",
+    "shared/data/cogging-motor")
+FLAG_TURNS = limit(2, "turns", "A change within a turn makes one turn that is neither; two are none.")
+SHIFT_BETTER = limit(0.9, "of the best share", "Motors are alike after a part of a turn: at other zeros tables fit nearly as well.")
+SHIFT_LEAST = limit(math.radians(3.0), "rad", "So far directions lie apart by lag; more is another zero.", "seed document, 1.4.2")
+LONE_ROWS = limit(12.0, "robust sigma", "Noise of no drive throws a row so far from its neighbours; a lost sample does.",
+    "tests/session/test_drive_logs.py")
+FLOOR_CHANCE = limit(1e-3, "chance", "White noise is called a floor once in a thousand orders; a real one is many times as high.")

@@ -1,0 +1,1 @@
+"""Motors and what drives a robot: cogging, friction."""

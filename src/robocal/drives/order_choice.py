@@ -1,0 +1,105 @@
+"""Which orders a sweep shows: one after the other the strongest that is left, as long as arcs that were held out are met better with it.
+
+    keep n  where  mean g_a > t s(g_a) / sqrt(A),    g_a = what arc a leaves without n, less what it leaves with it
+            and    A_n^2 > ln(K / 0.05) F_n,         F_n = median A_m^2 / ln 2 over the orders m around n
+
+Every arc of 30 degrees is predicted, in both directions, from all the others; t is that of 95 % on one side. Of K orders that show
+nothing but noise, whose squares of amplitudes are exponential with mean F, the largest passes the second line once in twenty logs: it was
+looked for among all of them, and held-out arcs were among those that made it the largest. Orders that are refused are passed over, and
+the choice ends after some refusals in a row, or with as many orders as a table may have.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from robocal._record import record
+from robocal._types import Array
+from robocal.drives.moments import Moments
+
+__all__ = ["ChosenOrders", "choose_orders", "find_lag"]
+
+REFUSALS = 6  # grid: in a row; the next orders are weaker still
+LAG_STEPS = 24  # grid: of golden sections, to a millionth of the range
+CHANCE = 0.05
+AROUND = 20  # grid: orders to each side, whose median is the floor
+GOLDEN = (np.sqrt(5.0) - 1) / 2
+
+
+@record(eq=False)
+class ChosenOrders:
+    """Orders from the strongest, the lag that goes with them (rad), and the held-out share after each."""
+
+    orders: tuple[int, ...]
+    lag: float
+    shares: tuple[float, ...]
+
+
+def find_lag(moments: Moments, orders: tuple[int, ...], reach: float) -> float:
+    """The lag within +- reach (rad) that leaves least, by golden sections; 0 where one direction alone was measured."""
+    if len(np.unique(moments.direction)) < 2 or not orders:
+        return 0.0
+
+    def cost(lag: float) -> float:
+        return moments.fit(orders, lag)[1]
+
+    # Beyond a quarter of a period of the highest order the cost has other valleys.
+    low, high = -reach, reach
+    one, two = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    f, g = cost(one), cost(two)
+    for _ in range(LAG_STEPS):
+        if f < g:
+            high, two, g = two, one, f
+            one = high - GOLDEN * (high - low)
+            f = cost(one)
+        else:
+            low, one, f = one, two, g
+            two = low + GOLDEN * (high - low)
+            g = cost(two)
+    return (low + high) / 2
+
+
+def choose_orders(
+    moments: Moments,
+    most: int,
+    quantile: float,
+    reach: float,
+    allowed: Callable[[int, tuple[int, ...]], bool] = lambda n, of: True,
+) -> ChosenOrders:
+    """At most so many orders; `quantile` is t, `reach` the largest lag (rad), and `allowed` says whether an order may follow others."""
+    orders: tuple[int, ...] = ()
+    lag, pooled = 0.0, moments.pooled
+    friction = moments.unseen(())
+    before, shares, refused = friction, list[float](), set[int]()
+    in_a_row = 0
+    while len(orders) < most and in_a_row < REFUSALS:
+        passed = {*orders, *refused}
+        candidates = [n for n in range(1, moments.highest + 1) if n not in passed and allowed(n, orders)]
+        if not candidates:
+            break
+        order = pooled.next_order(orders, candidates, lag)
+        left = pooled.left(orders, pooled.fit(orders, lag)[0], lag)
+        left[[0, *passed]] = -1.0
+        tried = (*orders, order)
+        moved = find_lag(moments, tried, reach) if len(tried) < 4 else lag
+        after = moments.unseen(tried, moved)
+        gain = before - after
+        seen = left[order] ** 2 > np.log(moments.highest / CHANCE) * _floor(left, order)
+        if seen and gain.mean() > quantile * gain.std(ddof=1) / np.sqrt(len(gain)):
+            orders, lag, before, in_a_row = tried, moved, after, 0
+            shares.append(float(1 - after.sum() / friction.sum()))
+        else:
+            refused.add(order)
+            in_a_row += 1
+    return ChosenOrders(orders, find_lag(moments, orders, reach), tuple(shares))
+
+
+def _floor(left: Array, order: int) -> float:
+    """The mean square of amplitudes of noise at an order, from the median around it, and at least from that of all orders: a median of a
+    few is off by a fifth, which would let noise pass."""
+    every = np.arange(1, len(left))
+    free = every[(left[1:] >= 0) & (every != order)]
+    near = free[np.abs(free - order) <= AROUND]
+    return float(max(np.median(left[some] ** 2) if len(some) else 0.0 for some in (near, free)) / np.log(2))

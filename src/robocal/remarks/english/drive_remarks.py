@@ -1,0 +1,81 @@
+"""Sentences of motors and their logs."""
+
+from __future__ import annotations
+
+from robocal.remarks.phrase import Phrase
+
+__all__ = ["DriveRemarks"]
+
+
+class DriveRemarks:
+    """Of sweeps, of orders, and of what a log cannot tell."""
+
+    DRIVE_ONE_DIRECTION = Phrase(
+        "the log of {log} moves in one direction only: nothing tells lag and friction apart from the torque",
+        "Sweep back over the same angles, and log both.",
+    )
+    DRIVE_UNDER_TURN = Phrase(
+        "{missing} of the 12 arcs of a turn were not read: the table says nothing there",
+        "Sweep two turns in both directions.",
+    )
+    DRIVE_ORDERS_UNSEEN = Phrase(
+        "{places:.0f} angles per turn were read: orders above {highest} cannot be told",
+        "Sweep slower, or log more often.",
+    )
+    DRIVE_SPEED_HIDES = Phrase(
+        "a table of positions explains {share:.0%} of the effort on unseen arcs: at {speed:.3g} rad/s the speed hides the torque",
+        "Sweep slowly, at about 3 deg/s, led by a proportional position loop.",
+    )
+    DRIVE_EXPLAINS_LITTLE = Phrase(
+        "a table of positions explains {share:.0%} of the effort on unseen arcs: it does not come again from turn to turn",
+        "Look at the columns and their units; detach the load, and sweep at about 3 deg/s.",
+    )
+    DRIVE_OTHER_READING = Phrase(
+        "read with {change}, orders explain {other:.0%} of the effort, and {share:.0%} as it is written",
+        "Correct the columns or units: {change}.",
+    )
+    DRIVE_FLAG = Phrase(
+        "the column of the compensation says {said} for {rows} rows where the effort says {found}",
+        "Believe the effort; look at when the drive writes that column.",
+    )
+    DRIVE_GEAR = Phrase(
+        "the orders are {times} times those of a motor with {slots} slots and {poles} poles: the angle may be that of a gear's output",
+        "Log the angle of the motor's own shaft, or divide by the gear's ratio.",
+    )
+    DRIVE_SLOTS_UNLIKE = Phrase(
+        "{slots} slots and {poles} poles name {share:.0%} of the variance of the orders",
+        "Count the slots and poles again[: {others} would name the strongest orders].",
+    )
+    DRIVE_WINDING = Phrase("a motor with {slots} slots and {poles} poles has these orders")
+    DRIVE_SENSOR_ORDERS = Phrase(
+        "the orders {orders} come once and twice per pole pair: what current sensors make, beside what slots make"
+    )
+    DRIVE_IDEAL = Phrase(
+        "an ideal motor of {slots} slots and {poles} poles cogs {order} times a turn; a skew of {skew:.3g} deg removes that order"
+    )
+    DRIVE_ESCAPED = Phrase(
+        "the rotor escaped over {width:.3g} deg in {count} places[, {repaired:.3g} deg of which the other direction has][, {lost:.3g} deg "
+        "of which neither has]",
+        "Raise the gain of the position loop, and sweep again.",
+    )
+    DRIVE_LONE_ROWS = Phrase("{count} rows of {log} stand alone, far from the rows around them, and are left out")
+    DRIVE_TABLE_LOST = Phrase(
+        "{lost:.3g} deg of the tables have no reading near, in neither direction",
+        "Log more often, or take a wider --window.",
+    )
+    DRIVE_HELD_BACK = Phrase(
+        "the log of {log}, at {speed:.3g} rad/s, is held back: the table alone explains {alone:.0%} of its effort"
+    )
+    DRIVE_OTHER_MOTOR = Phrase(
+        "the log of {log} shows {gain:.2g} times the curve of this table, and harmonics of the same orders explain {best:.0%} of it: it is "
+        "of another motor",
+        "Identify that motor by itself.",
+    )
+    DRIVE_OTHER_ZERO = Phrase(
+        "the table explains {share:.0%} of the log of {log} once its angle is[ {reversed} and] moved by {shift:.2f} deg, and {alone:.0%} "
+        "as it is",
+        "Let the encoder count from its index, in the direction of the sweep.",
+    )
+    DRIVE_NO_POSITION_TABLE = Phrase(
+        "where the motor runs rough, no table of positions explains more than {best:.0%}: inertia carries the rotor through its cogging"
+    )

@@ -1,0 +1,168 @@
+"""What loads say of a cable: its weight per metre from how it hangs, its elasticity from how it lengthens, as a constant and as a curve."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from robocal._record import record
+from robocal._types import Array
+from robocal.cables.rope import ELASTICITY, EXPONENT, WEIGHT, Rope, rope, strain_slopes
+from robocal.files.dataset import Reading, read_datasets
+from robocal.fit.options import Options
+from robocal.measure.base import predict_rows
+from robocal.measure.data import DataSet
+from robocal.progress import Watch
+from robocal.prove.decision import Decision, decide
+from robocal.prove.results import ParameterResult, parameter_results
+from robocal.prove.statistics import Statistic
+from robocal.prove.verdict import Verdict, verdict_of
+from robocal.remarks.remark import Remark
+
+__all__ = ["LoadFit", "Loads", "fit_loads"]
+
+MIDDLE = 100.0  # N, where no load is above zero
+
+
+@record(eq=False)
+class LoadFit:
+    """One fit to loads: `what` it is, the rope that was found, and by how much it misses loads that it had not seen."""
+
+    what: str
+    made: Decision[Rope]
+
+    @property
+    def rope(self) -> Rope:
+        """The rope with what was found."""
+        return self.made.corrected
+
+    @cached_property
+    def parameters(self) -> tuple[ParameterResult, ...]:
+        """Its numbers with their intervals, those of gauges last."""
+        return tuple(p for p in parameter_results(self.made) if p.status != "fixed")
+
+    @cached_property
+    def verdict(self) -> Verdict:
+        """Whether it is better than what the robot's file says."""
+        return verdict_of(self.made)
+
+    @property
+    def refused(self) -> bool:
+        """Whether these loads are not those of such a cable."""
+        return self.verdict.status == "refused"
+
+    @cached_property
+    def unseen(self) -> Statistic | None:
+        """Errors on loads that it had not seen, m."""
+        both = self.made.unseen("m")
+        return None if both is None else both[1]
+
+    @property
+    def missed(self) -> float | None:
+        """The root of their mean square, m."""
+        return None if self.unseen is None else self.unseen.rms
+
+    @cached_property
+    def predicted(self) -> Array:
+        """What every load should have read, (k,) m, in the order of the rows."""
+        data, fit = self.made.need_data, self.made.need_fit
+        every = (
+            predict_rows(self.made.model, data, obs, fit.problem.table, fit.solution.x)[:, 0]
+            for obs in data.observations
+        )
+        return np.concatenate(list(every))
+
+    @cached_property
+    def tension(self) -> Array:
+        """The loads (k,) in N."""
+        return np.concatenate([obs.extra["tension"] for obs in self.made.need_data.observations])
+
+    @cached_property
+    def measured(self) -> Array:
+        """What was read, (k,) in m."""
+        return np.concatenate([obs.value[:, 0] for obs in self.made.need_data.observations])
+
+    @property
+    def stiffens(self) -> bool:
+        """Whether the interval of the exponent leaves a constant out."""
+        found = next((p for p in self.parameters if p.name == EXPONENT), None)
+        return found is not None and found.interval is not None and not found.interval[0] <= 1.0 <= found.interval[1]
+
+    def strain_half(self, tension: Array) -> Array:
+        """Half of the 95 % interval of the strain at tensions (k,) in N."""
+        names, covariance = self.made.spread
+        e, p = (np.array(self.rope.table[n].value) for n in (ELASTICITY, EXPONENT))
+        by_e, by_p = strain_slopes(np.asarray(tension, float), e, p, self.rope.reference)
+        slope = np.stack([by_e if n == ELASTICITY else by_p if n == EXPONENT else 0 * by_e for n in names], axis=-1)
+        first = next(q for q in self.parameters if q.name == ELASTICITY)
+        assert first.interval is not None and first.sigma
+        reach = (first.interval[1] - first.interval[0]) / 2 / first.sigma
+        return np.asarray(reach * np.sqrt(np.einsum("ki,ij,kj->k", slope, covariance, slope)))
+
+
+@record(eq=False)
+class Loads:
+    """What was read of loads, and the fits to them: of the weight, of a constant elasticity, of a curve; None where nothing tells."""
+
+    reading: Reading
+    weight: LoadFit | None = None
+    constant: LoadFit | None = None
+    curve: LoadFit | None = None
+
+    @property
+    def fits(self) -> tuple[LoadFit, ...]:
+        """Those that there are."""
+        return tuple(f for f in (self.weight, self.constant, self.curve) if f is not None)
+
+    @property
+    def law(self) -> LoadFit | None:
+        """The elasticity to take: the curve where the loads rule a constant out, or the constant is refused and the curve is not, and where
+        unseen loads prefer it; else the constant."""
+        one, other = self.constant, self.curve
+        if one is None or other is None or one.missed is None or other.missed is None:
+            return one
+        bent = other.stiffens or (one.refused and not other.refused)
+        return other if bent and other.missed < one.missed else one
+
+    @property
+    def refused(self) -> tuple[Remark, ...]:
+        """Why these loads must not be trusted."""
+        taken = [f for f in (self.weight, self.law) if f is not None and f.refused]
+        return tuple(dict.fromkeys(r for f in taken for r in f.verdict.remarks))
+
+
+def fit_loads(
+    paths: Sequence[str | os.PathLike[str]], weight: float = 0.0, elasticity: float = 0.0, watch: Watch | None = None
+) -> Loads:
+    """Fits to loads, from what a robot's file says of its cables (N/m, 1/N). Raises InputError."""
+    reading = read_datasets(paths, rope())
+    data = reading.dataset
+    sags, longer = _of_kind(data, "sag"), _of_kind(data, "elongation")
+    found = Loads(reading)
+    if sags is not None:
+        made = decide(rope(weight, free=(WEIGHT,)), sags, Options(), watch)
+        found = _with(found, weight=LoadFit("weight", made))
+    if longer is not None:
+        pulls = np.concatenate([o.extra["tension"] for o in longer.observations])
+        middle = float(np.exp(np.log(pulls[pulls > 0]).mean())) if (pulls > 0).any() else MIDDLE
+        for name, free in (("constant", (ELASTICITY,)), ("curve", (ELASTICITY, EXPONENT))):
+            made = decide(rope(0.0, elasticity, reference=middle, free=free), longer, Options(), watch)
+            if set(free) <= set(made.need_fit.problem.free):
+                found = _with(found, **{name: LoadFit(name, made)})
+    return found
+
+
+def _with(found: Loads, **more: LoadFit) -> Loads:
+    parts = {"weight": found.weight, "constant": found.constant, "curve": found.curve}
+    return Loads(found.reading, **{**parts, **more})
+
+
+def _of_kind(data: DataSet, kind: str) -> DataSet | None:
+    """The loads of one kind alone."""
+    mine = tuple(o for o in data.observations if o.kind == kind)
+    if not mine:
+        return None
+    return DataSet(data.configurations, mine).take(np.unique(np.concatenate([o.configuration for o in mine])))

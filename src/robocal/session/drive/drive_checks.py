@@ -1,0 +1,125 @@
+"""What a log of a drive cannot tell, and what is wrong with it: arcs and directions that are missing, orders that its rows are too few
+for, a speed that hides the torque, columns or units that were mistaken, slots, poles and gears that do not fit the orders."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import lcm
+
+import numpy as np
+
+from robocal._types import Array, Bools
+from robocal.diagnose.drive_limits import QUICK_RIPPLE, READING_EXPLAINS, SLOTS_NAME, TABLE_EXPLAINS
+from robocal.drives.drive_sweep import Sweep, sweep_of
+from robocal.drives.order_names import guess_motor, named_share
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
+from robocal.session.drive.drive_fit import HIGHEST, choose, highest_order, moments_of_sweeps
+
+__all__ = ["check_coverage", "check_motor", "check_reading", "check_share", "other_readings"]
+
+FEW = 6  # grid: orders, by which another reading is tried
+TURNS = 5000  # grid: of a reading that no log has
+
+
+def check_coverage(sweeps: Sequence[Sweep], used: Sequence[Bools]) -> Iterator[tuple[Remark, bool]]:
+    """What is missing, each with whether the table must not be trusted for it."""
+    parts = [s.take(rows) for s, rows in zip(sweeps, used, strict=True)]
+    missing = min(max(p.missing[d] for d in (1, -1) if (p.direction == d).any()) for p in parts)
+    if missing:
+        yield Remark.of(Code.DRIVE_UNDER_TURN, missing=missing), True
+    one = [p for p in parts if len(np.unique(p.direction)) < 2]
+    if len(one) == len(parts):
+        yield Remark.of(Code.DRIVE_ONE_DIRECTION, log=one[0].name), True
+    highest, places = highest_order(sweeps, used)
+    if highest < HIGHEST:
+        yield Remark.of(Code.DRIVE_ORDERS_UNSEEN, places=places, highest=highest), False
+
+
+def other_readings(sweep: Sweep) -> Iterator[tuple[str, Sweep]]:
+    """The log as other units or exchanged columns would make it, with what to change."""
+    factors = {
+        "the angle in deg": np.pi / 180, "the angle in rad": 180 / np.pi, "the angle in turn": 2 * np.pi, "the angle in mrad": 1e-3,
+    }  # fmt: skip
+    for words, factor in factors.items():
+        yield words, _again(sweep, sweep.angle * factor, sweep.effort)
+    yield "angle and effort exchanged", _again(sweep, sweep.effort, sweep.angle)
+
+
+def _again(sweep: Sweep, angle: Array, effort: Array) -> Sweep:
+    return sweep_of(sweep.name, sweep.unit, sweep.time, angle, effort, sweep.flag, sweep.lines)
+
+
+def _explained(sweep: Sweep) -> float:
+    """The share that a few orders explain on unseen arcs; 0 where it is no sweep."""
+    if not sweep.used.any() or np.ptp(sweep.angle) > TURNS * 2 * np.pi or np.ptp(sweep.angle) < 2 * np.pi * 0.9:
+        return 0.0
+    highest, _ = highest_order([sweep], [sweep.used])
+    moments = moments_of_sweeps([sweep], [sweep.used], highest)
+    if len(np.unique(moments.arc)) < 2 or not moments.q.sum():
+        return 0.0
+    found = choose(moments, FEW, eccentric=False)
+    return found.shares[-1] if found.shares else 0.0
+
+
+def check_reading(sweep: Sweep, share: float) -> Remark | None:
+    """The other reading that explains what this one does not; None where there is none."""
+    tried = [(words, _explained(other)) for words, other in other_readings(sweep)]
+    words, best = max(tried, key=lambda t: t[1])
+    return (
+        Remark.of(Code.DRIVE_OTHER_READING, change=words, other=best, share=max(share, 0.0))
+        if best > READING_EXPLAINS
+        else None
+    )
+
+
+def check_share(sweep: Sweep, share: float) -> Remark | None:
+    """Why a table must not be used that explains too little."""
+    if not share < TABLE_EXPLAINS:
+        return None
+    share = max(share, 0.0)
+    quick = float(np.std(sweep.speed[sweep.used] * sweep.direction[sweep.used]))
+    if quick > QUICK_RIPPLE:
+        return Remark.of(Code.DRIVE_SPEED_HIDES, share=share, speed=sweep.median_speed)
+    return Remark.of(Code.DRIVE_EXPLAINS_LITTLE, share=share)
+
+
+def check_motor(orders: Sequence[int], amplitudes: Array, slots: int | None, poles: int | None) -> Iterator[Remark]:
+    """Whether slots and poles fit the orders; without them, which would."""
+    guess = guess_motor(tuple(orders), amplitudes)
+    if slots is None or poles is None:
+        if guess is not None:
+            yield Remark.of(Code.DRIVE_WINDING, slots=guess[0], poles=guess[1])
+        return
+    whole = lcm(slots, poles)
+    yield Remark.of(Code.DRIVE_IDEAL, slots=slots, poles=poles, order=whole, skew=360 / whole)
+    if not len(orders):
+        return
+    strongest = int(np.array(orders)[np.argmax(amplitudes)])
+    share = named_share(orders, amplitudes, slots, poles)
+    times = _gear(orders, amplitudes, slots, poles)
+    if times > 1:
+        yield Remark.of(Code.DRIVE_GEAR, times=times, slots=slots, poles=poles)
+    elif share < SLOTS_NAME or (strongest % slots and strongest % (poles // 2)):
+        others = None if guess is None else f"{guess[0]} slots and {guess[1]} poles"
+        yield Remark.of(Code.DRIVE_SLOTS_UNLIKE, slots=slots, poles=poles, share=share, others=others)
+    own = [n for n in (poles // 2, poles) if n in orders]
+    if own and times <= 1:
+        yield Remark.of(Code.DRIVE_SENSOR_ORDERS, orders=" and ".join(map(str, own)))
+
+
+def _gear(orders: Sequence[int], amplitudes: Array, slots: int, poles: int) -> int:
+    """By what whole number all that is strong exceeds the orders of the motor; 1 where it does not."""
+    power = np.asarray(amplitudes, float) ** 2
+    each = np.array(orders)
+    strongest, whole = int(each[np.argmax(power)]), lcm(slots, poles)
+    for own in (whole, slots, poles):
+        times, left = divmod(strongest, own)
+        if left or times < 2 or strongest == whole:
+            continue
+        # Orders of a gear's output are multiples of its ratio; those of the motor itself are not.
+        strong = power[each % times == 0].sum() / power.sum()
+        lower = [n for n in (slots, poles, whole, poles // 2) if n % times]
+        if strong > READING_EXPLAINS and not any(n in orders for n in lower) and whole not in orders:
+            return times
+    return 1

@@ -1,0 +1,70 @@
+"""The verdict of a motor with what its logs cannot tell, and what is worth knowing beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from robocal._types import Bools
+from robocal.drives.drive_sweep import Sweep
+from robocal.files.drive_log import DriveLog
+from robocal.prove.verdict import Verdict, verdict_of
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
+from robocal.session.drive.drive_checks import check_coverage, check_motor, check_reading, check_share
+from robocal.session.drive.drive_fit import MotorFit
+from robocal.session.drive.table_share import Explained
+
+__all__ = ["escape_width", "judge_logs"]
+
+GRID = 10  # grid: cells per degree, in which escapes are measured
+
+
+def escape_width(sweep: Sweep, escaped: Bools) -> float:
+    """How wide the arcs are where the rotor escaped, deg."""
+    cells = np.floor(np.degrees(np.mod(sweep.angle, 2 * np.pi)) * GRID)
+    return len(np.unique(cells[escaped])) / GRID
+
+
+def judge_logs(
+    logs: Sequence[DriveLog], sweeps: Sequence[Sweep], used: Sequence[Bools], escaped: Sequence[Bools], taken: MotorFit,
+    other_logs: Mapping[int, Explained], made: tuple[int | None, int | None], o: Any,
+) -> tuple[Verdict, tuple[Remark, ...]]:  # fmt: skip
+    """The verdict with what the logs cannot tell, and what is worth knowing beside it."""
+    verdict = verdict_of(taken.decision, over_range=False)
+    warnings = [r for log in logs for r in log.remarks]
+    for remark, lacking in check_coverage(sweeps, used):
+        if lacking:
+            verdict = verdict.instead("not_improved", remark) if verdict.status == "improved" else verdict
+        else:
+            warnings.append(remark)
+    share = taken.share if np.isfinite(taken.share) else 0.0
+    why = check_share(sweeps[0], share)
+    if why is not None:
+        other = check_reading(sweeps[0], share)
+        verdict = verdict.instead("refused", other or why)
+    else:
+        c = taken.motor.cogging
+        warnings += check_motor(c.orders, c.amplitudes, *made)
+    for sweep, rows in zip(sweeps, escaped, strict=True):
+        if rows.any():
+            warnings.append(_escape(sweep, rows))
+    for i, found in other_logs.items():
+        name = logs[i].path.name
+        warnings.append(Remark.of(Code.DRIVE_HELD_BACK, log=name, speed=found.speed, alone=found.alone))
+    return verdict, tuple(warnings)
+
+
+def _escape(sweep: Sweep, rows: Bools) -> Remark:
+    """How wide the escapes are, and how much of it the other direction has."""
+    cells = np.floor(np.degrees(np.mod(sweep.angle, 2 * np.pi)) * GRID).astype(np.int64)
+    read = {d: set(cells[sweep.used & ~rows & (sweep.direction == d)].tolist()) for d in (1, -1)}
+    gone = {d: set(cells[rows & (sweep.direction == d)].tolist()) - read[d] for d in (1, -1)}
+    repaired = sum(len(gone[d] & read[-d]) for d in (1, -1)) / GRID
+    lost = sum(len(gone[d] - read[-d]) for d in (1, -1)) / GRID
+    count = int(np.sum(np.diff(np.concatenate([[False], rows]).astype(np.int8)) == 1))
+    return Remark.of(
+        Code.DRIVE_ESCAPED, width=escape_width(sweep, rows), count=count, repaired=repaired or None, lost=lost or None
+    )

@@ -1,0 +1,74 @@
+"""What `drive compensate` finds: the table of a motor in the form that a controller takes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from robocal._record import record
+from robocal.files.drive_tables import CompensationTable, compensation_table, table_text
+from robocal.files.motor_file import MotorFile, read_motor
+from robocal.files.parts import Document, Origin
+from robocal.files.runfolder import obstacle
+from robocal.quantities import Listing, UnitValue
+from robocal.session.verb_base import VerbResult
+
+__all__ = ["DriveTable", "DriveTableDocument", "find_compensation"]
+
+
+@record(kw_only=True)
+class DriveTableDocument(Document):
+    """What --json prints: motor, form, cells, the largest value, and the text of the file."""
+
+    motor: str
+    form: str
+    cells: int
+    largest: UnitValue
+    friction: bool
+    text: str
+    provenance: Origin
+
+
+@record(kw_only=True, eq=False)
+class DriveTable(VerbResult):
+    """The table of a motor, and its text."""
+
+    motor: MotorFile
+    table: CompensationTable
+    form: str
+    text: str
+
+    @property
+    def printed(self) -> tuple[str | None, Listing | None]:
+        """The text."""
+        return self.text, None
+
+    @property
+    def note(self) -> str:
+        """One line on the whole."""
+        largest, unit = abs(self.table.values).max(), self.table.unit
+        rows = "one curve" if len(self.table.values) == 1 else "forward and reverse"
+        return f"{self.table.values.shape[1]} cells, {rows}, at most {largest:.4g} {unit}; read back bit for bit"
+
+    @property
+    def document(self) -> DriveTableDocument:
+        """What --json says."""
+        largest = UnitValue(float(abs(self.table.values).max()), self.table.unit)
+        return self.document_of(
+            DriveTableDocument, motor=self.motor.name, form=self.form, cells=self.table.values.shape[1], largest=largest,
+            friction=self.table.friction, text=self.text,
+        )  # fmt: skip
+
+
+def find_compensation(o: Any, command: str) -> DriveTable:
+    """The table of a run. Raises InputError."""
+    place = Path(o.motor)
+    wrong = obstacle(place) if place.is_dir() and not (place / "motor.yaml").exists() else None
+    if wrong is not None:
+        raise wrong
+    motor = read_motor(place)
+    table = compensation_table(motor, o.format, o.cells, o.unit, o.friction, o.torque_constant)
+    inputs = () if motor.file is None else (motor.file,)
+    return DriveTable(
+        motor=motor, table=table, form=o.format, text=table_text(table, o.format), inputs=inputs, command=command
+    )

@@ -1,0 +1,126 @@
+"""What the table of a motor explains of another log: alone; with a lag, a gain, friction and inertia of its own; and what harmonics of
+the same orders could explain at best.
+
+Whether a drive compensated is told by the turns of the log: where more than half of the variance of a turn's effort is what the table
+says, it was added there. Where the motor runs rough, the inertia of the rotor carries it through its cogging, and no table of positions
+explains the effort.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robocal._record import record
+from robocal._types import Array, Bools
+from robocal.diagnose.drive_limits import TABLE_EXPLAINS
+from robocal.drives.drive_sweep import Sweep, arc_of
+from robocal.drives.moments import moments_of
+from robocal.drives.motor import GAIN, LAG, Motor
+from robocal.estimate.least_squares import least_squares
+from robocal.measure.base import problem
+from robocal.session.drive.drive_data import NUMBERS, drive_data, friction_free
+
+__all__ = ["Explained", "best_shift", "compensated_turns", "explain", "halves"]
+
+SHIFTS = 14400  # grid: of a turn; a fortieth of a degree is 2 deg of order 72
+LEAST = 50  # grid: rows of a turn, below which its share is not asked
+
+
+@record
+class Explained:
+    """Shares of the variance of the effort without friction: of the table alone, with what the log has of its own, and at best; the
+    lag (rad), gain and inertia that go with them, and the speed with its standard deviation (rad/s)."""
+
+    rows: int
+    alone: float
+    fitted: float
+    best: float
+    lag: float
+    gain: float
+    inertia: float
+    viscous: float
+    speed: float
+    scatter: float
+    noise: float = float("nan")
+
+
+def _table(motor: Motor, sweep: Sweep) -> Array:
+    return motor.cogging.at(sweep.angle, sweep.direction)
+
+
+def _share(effort: Array, left: Array) -> float:
+    total = float(np.sum((effort - effort.mean()) ** 2))
+    return 1 - float(np.sum((left - left.mean()) ** 2)) / total if total > 0 else float("nan")
+
+
+def explain(motor: Motor, sweep: Sweep, rows: Bools) -> Explained:
+    """What the motor's table explains of some rows of a log."""
+    effort = friction_free(sweep, rows)
+    some = sweep.take(rows)
+    alone = _share(effort, effort - _table(motor, some))
+    data = drive_data([sweep], [rows], NUMBERS)
+    loose = motor.with_table(motor.table.with_free({LAG, GAIN}))
+    made = problem(loose, data)
+    ended = least_squares(made, made.start)
+    values = dict(zip(made.table.names, ended.x[0].tolist(), strict=False))
+    left = made.residuals(ended.x)[0].value[:, 0]
+    total = float(effort @ effort)
+    moments = moments_of(
+        some.angle,
+        effort,
+        some.direction,
+        np.zeros(len(effort), dtype=np.int64) + arc_of(some.angle),
+        max(motor.orders, default=1),
+    )
+    _, best = moments.fit(motor.orders, motor.table[LAG].value)
+    speed = np.diff(some.angle) / np.maximum(np.diff(some.time), 1e-9)
+    gap = np.median(np.abs(np.diff(left))) / (0.6745 * np.sqrt(2.0))
+    return Explained(
+        len(effort), alone, 1 - float(left @ left) / total, 1 - best / total, values[LAG], values[GAIN], values["log1.inertia"],
+        values["log1.viscous"], float(np.mean(speed)), float(np.std(some.speed)), float(gap),
+    )  # fmt: skip
+
+
+def compensated_turns(motor: Motor, sweep: Sweep) -> Bools:
+    """For each row, whether its turn was compensated, (m,)."""
+    turn = np.floor(sweep.angle / (2 * np.pi)).astype(np.int64)
+    effort, table = np.array(sweep.effort), _table(motor, sweep)
+    out = np.zeros(len(sweep), dtype=bool)
+    known = False
+    for t in np.unique(turn):
+        mine = (turn == t) & sweep.used
+        if mine.sum() >= LEAST:
+            known = _share(effort[mine], effort[mine] - table[mine]) > TABLE_EXPLAINS
+        out[turn == t] = known
+    return out
+
+
+def halves(motor: Motor, sweep: Sweep) -> dict[bool, Bools]:
+    """The rows that were compensated, and the others."""
+    on = compensated_turns(motor, sweep)
+    return {word: sweep.used & (on == word) for word in (True, False) if (sweep.used & (on == word)).any()}
+
+
+def best_shift(motor: Motor, sweep: Sweep, rows: Bools) -> tuple[float, bool, float]:
+    """By how much (rad) the angle of a log has to be moved, and whether reversed, so that the table explains most; and that share."""
+    effort, some = friction_free(sweep, rows), sweep.take(rows)
+    best = (0.0, False, -np.inf)
+    c = motor.cogging
+    table = np.array(c.cosine) - 1j * np.array(c.sine)
+    n = np.array(c.orders)
+    shifts = np.arange(SHIFTS) * 2 * np.pi / SHIFTS
+    for mirrored in (False, True):
+        angle, direction = (-some.angle, -some.direction) if mirrored else (some.angle, some.direction)
+        moments = moments_of(angle, effort, direction, arc_of(angle), max(c.orders, default=1))
+        x, _ = moments.fit(c.orders, c.lag)
+        own = x[2 : 2 + len(n)] - 1j * x[2 + len(n) : 2 + 2 * len(n)]
+        # Half the squares of what is left of the harmonics, by the shift of the angle.
+        turned = table * np.exp(1j * np.outer(shifts, n))
+        left = np.sum(np.abs(own - turned) ** 2, axis=1) / 2
+        at = int(np.argmin(left))
+        share = 1 - (float(np.mean(effort**2)) - float(np.sum(np.abs(own) ** 2)) / 2 + float(left[at])) / float(
+            np.mean(effort**2)
+        )
+        if share > best[2]:
+            best = (float((shifts[at] + np.pi) % (2 * np.pi) - np.pi), mirrored, share)
+    return best

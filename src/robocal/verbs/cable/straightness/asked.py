@@ -1,0 +1,144 @@
+"""What `cable straightness` makes of its options."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robocal._types import Array
+from robocal.cables.rope import Rope, rope
+from robocal.cables.statics import gravity_wrench, structure_of
+from robocal.cables.tension import distribute
+from robocal.errors import FormatError, ModelError
+from robocal.files.cable.cable_robot import read_cable
+from robocal.files.cable.cablefile import CableFile
+from robocal.files.cable.pose_lists import CableList, read_platform_poses
+from robocal.files.text import InputFile
+from robocal.files.units import finite, parse_quantity
+from robocal.progress import Watch
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
+from robocal.session.cable import statics_options as statics
+from robocal.session.cable.load_fits import LoadFit, Loads, fit_loads
+from robocal.session.cable.straightness_result import Straightness
+
+__all__ = ["compute_straightness"]
+
+MOST = 5  # grid: poses that are named
+
+
+def compute_straightness(o: Any, watch: Watch | None = None, command: str = "") -> Straightness:
+    """What the options of the verb ask for. Raises InputError."""
+    file = read_cable(o.robot)
+    si = o.si(file.units)
+    wanted = parse_quantity(o.wanted, "m", key="--wanted")
+    at = _tensions(o.at, file)
+    robot = file.robot
+    density, strain = robot.density, robot.elasticity
+    loads = None
+    if o.loads:
+        loads = fit_loads(
+            o.loads,
+            0.0 if density is None else float(density.mean()),
+            0.0 if strain is None else float(strain.mean()),
+            watch,
+        )
+    m = len(robot.cables)
+    weight = _weight(file, loads)
+    ropes = _ropes(file, None if loads is None else loads.law, m)
+    rows, poses, names = _poses(o, file)
+    warnings = [
+        *file.warnings,
+        *(() if rows is None else rows.warnings),
+        *(() if loads is None else loads.reading.warnings),
+    ]
+    tension, lost = _pulls(o, si, file, rows, poses, names)
+    reasons = (*lost, *(() if loads is None else loads.refused))
+    inputs = [*statics.robot_inputs(file, o.robot)]
+    if rows is not None:
+        inputs.append(InputFile(Path(o.poses), rows.sha256))
+    if loads is not None:
+        inputs += loads.reading.files
+    return Straightness(
+        file=file, names=names, poses=poses, tension=tension, weight=weight, ropes=ropes, wanted=wanted, span=si.span, at=at, loads=loads,
+        warnings=tuple(warnings), reasons=reasons, inputs=tuple(inputs), command=command,
+    )  # fmt: skip
+
+
+def _tensions(given: tuple[str, ...], file: CableFile) -> Array | None:
+    found = [finite(word) for word in given]
+    if any(v is None or not v > 0 for v in found):
+        raise ModelError(
+            "not tensions",
+            key="--at",
+            found=",".join(given),
+            expected="numbers above 0 between commas, such as 5,20,100",
+        )
+    return file.units.force.to_si(np.array(found, dtype=float)) if found else None
+
+
+def _weight(file: CableFile, loads: Loads | None) -> Array:
+    """The weight of the cables (m,) in N/m: what loads say, else the robot's file. Raises FormatError where neither does."""
+    m = len(file.robot.cables)
+    if loads is not None and loads.weight is not None:
+        return np.full(m, max(loads.weight.parameters[0].identified, 0.0))
+    if file.robot.density is None:
+        message, expected = "the weight of the cables is not known", "every_cable: {density: ...}, or --loads with sags"
+        raise FormatError(message, file=file.path, key="every_cable.density", expected=expected)
+    return np.asarray(file.robot.density, float)
+
+
+def _ropes(file: CableFile, law: LoadFit | None, m: int) -> tuple[Rope, ...]:
+    """The cables by how they stretch: what loads say, else the robot's file. Raises FormatError where neither does."""
+    if law is not None:
+        return (law.rope,) * m
+    if file.robot.elasticity is None:
+        message, expected = (
+            "the elasticity of the cables is not known",
+            "every_cable: {elasticity: ...}, or --loads with elongations",
+        )
+        raise FormatError(message, file=file.path, key="every_cable.elasticity", expected=expected)
+    return tuple(rope(elasticity=float(e)) for e in file.robot.elasticity)
+
+
+def _poses(o: Any, file: CableFile) -> tuple[CableList | None, Array, tuple[str, ...]]:
+    """The poses that are asked for, else the middle of the frame."""
+    if o.poses is None:
+        return None, file.robot.home[None], ("middle of the frame",)
+    rows = read_platform_poses(o.poses, file.robot)
+    return rows, rows.values, rows.names
+
+
+def _pulls(
+    o: Any, si: Any, file: CableFile, rows: CableList | None, poses: Array, names: tuple[str, ...]
+) -> tuple[Array, tuple[Remark, ...]]:
+    """Tensions (k, m) in N, and which poses none hold: as asked for, else as the list says, else the least ones. Raises InputError."""
+    shape = (len(poses), len(file.robot.cables))
+    given = None if rows is None else rows.tension
+    if si.tension is not None:
+        if given is not None:
+            raise ModelError("tensions are given twice", key="--tension", found="columns of the list as well")
+        if not si.tension > 0:
+            raise ModelError("a slack cable is not straight", key="--tension", found=o.tension, expected="above 0")
+        return np.full(shape, float(si.tension)), ()
+    if given is not None:
+        return given, ()
+    robot = statics.robot_with_limits(file, si.limits)
+    load = gravity_wrench(poses, statics.mass_of(file, si.payload, si.mass), robot.com)[:, robot.axes]
+    spread = distribute(structure_of(robot, poses), load, robot.need("limits"))
+    missing = spread.missing(1.0)
+    lost = np.flatnonzero(~spread.feasible)
+    said = [
+        Remark.of(Code.NOT_HELD, pose=names[i], missing=statics.missing_text(robot, missing[i])) for i in lost[:MOST]
+    ]
+    if len(lost) > len(said):
+        said.append(Remark.of(Code.AND_MORE, count=len(lost) - len(said)))
+    if len(lost) == len(poses):
+        raise ModelError(
+            "no tensions hold the platform at any of these poses",
+            key="--poses",
+            expected="--tension, other poses, or limits",
+        )
+    return spread.tension, tuple(said)

@@ -1,0 +1,1 @@
+"""Verbs of motors: `robocal drive NAME`."""

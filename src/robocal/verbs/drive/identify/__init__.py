@@ -1,0 +1,84 @@
+"""`drive identify`: the cogging and friction of a motor from logs of its drive."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from robocal._record import record
+from robocal.report.sections import Section
+from robocal.verbs import shared_options as w
+from robocal.verbs.option import Arg, BaseOptions, option
+from robocal.verbs.outcome import Outcome, Watch, details, run_verb
+
+if TYPE_CHECKING:
+    from robocal.session.drive.drive_result import IdentifiedDrive
+
+__all__ = ["Options", "details", "run", "sections"]
+
+LOGS = Arg(
+    "LOG...", "data.yaml of a log, or a CSV whose headers carry units; the slowest are fitted, the others held back"
+)
+
+
+@record
+class Options(BaseOptions):
+    """Find the cogging and the friction of a motor from logs of its drive.
+
+    Lead the motor slowly with a proportional position loop: 3 deg/s, two turns, in both directions, without a load. Log time, angle, and
+    the current or torque that the drive asks.
+
+    \b
+    robocal drive identify sweep.csv -o run
+    robocal drive identify sweep.txt --columns time=Time:s,angle=Position:rad,current=Iq:A -o run
+    robocal drive identify slow.csv fast.csv --slots 18 --poles 24 -o run
+    robocal drive compensate run --format c
+
+    Orders are taken as long as arcs of 30 degrees that were held out are met better with them. "Improved" means that the table
+    explains unseen arcs better than friction and offset alone.
+
+    Exit status 3 when it does not, or when the log cannot tell what a table needs.
+    """
+
+    logs: Annotated[tuple[Path, ...], LOGS]
+    columns: tuple[str, ...] = option(
+        (), "Columns of a CSV, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag", "WORDS", listed=True
+    )
+    orders: int = option(20, "At most so many orders", "N", least=1, most=100)
+    phases: str = option(
+        "auto", "One lag for both directions, or phases of their own; auto: what held-out arcs prefer", "WORD",
+        choices=("auto", "lag", "directions"),
+    )  # fmt: skip
+    eccentric: bool = option(False, "The encoder may be off its centre: two numbers in place of sidebands")
+    slots: int | None = option(None, "Slots of the motor", "N", least=1, otherwise="as the data file says")
+    poles: int | None = option(
+        None, "Poles of the motor, two for each pair", "N", least=2, otherwise="as the data file says"
+    )
+    method: str = option(
+        "harmonics",
+        "Harmonics, or the seed document's table for each direction",
+        "METHOD",
+        choices=("harmonics", "seed"),
+    )
+    degree: int = option(2, "Degree of the polynomials of --method seed", "N", least=2, most=3)
+    window: float = option(5.0, "Window of --method seed", "DEG", unit="deg", above=0, most=60)
+    output: Path | None = option(None, "Folder for motor.yaml, drive.json and report.html", "DIR", short="-o")
+    force: w.Force = False
+
+
+FILES = ("motor.yaml", "drive.json", "report.html")
+
+
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[IdentifiedDrive]:
+    """Finds a motor in its logs. Raises InputError."""
+    from robocal.session.drive.drive_result import find_drive
+
+    return run_verb(o, FILES, lambda: find_drive(o, watch, command), sections, details)
+
+
+def sections(made: Outcome[IdentifiedDrive]) -> Iterator[Section]:
+    """The verdict, the shares, the orders, and the logs."""
+    from robocal.report.drive_page import drive_sections
+
+    yield from drive_sections(made.result, made.written)
