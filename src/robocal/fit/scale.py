@@ -109,7 +109,7 @@ def _invert(root: Array) -> Array:
     except np.linalg.LinAlgError:
         return np.asarray(np.linalg.pinv(root))
     sure = np.abs(root).sum(axis=0).max(initial=0.0) * np.abs(inverse).sum(axis=0).max(initial=0.0) < SURE
-    return inverse if sure else np.asarray(np.linalg.pinv(root))
+    return np.asarray(inverse if sure else np.linalg.pinv(root), float)
 
 
 def _shared_scales(data: DataSet, errors: Mapping[str, float]) -> dict[str, tuple[tuple[str, ...], float]]:
