@@ -29,7 +29,7 @@ from robocal.diagnose.camera_changes import (
 from robocal.diagnose.check_registry import Context, Finding, When, check, once, refuse
 from robocal.diagnose.finding_merge import merge_findings
 from robocal.diagnose.limits import EXPLAINED_CLEARLY, EXPLANATIONS_ALIKE, VIEWS_ASK, VIEWS_BEHIND, VIEWS_RIGHT
-from robocal.diagnose.target_changes import target_changes
+from robocal.diagnose.target_changes import as_printed, seem_of_other_unit, target_changes
 from robocal.diagnose.view_blocks import subsample_views
 from robocal.estimate.problem import Problem
 from robocal.fit.baseline import Baseline, fit_baseline
@@ -39,7 +39,7 @@ from robocal.geometry import se3
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Model, freedom_of, joints_of
-from robocal.measure.pixels import PixelRows
+from robocal.measure.pixels import PixelRows, intrinsics_of
 from robocal.measure.reach import reach
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Number, Quantity
@@ -118,11 +118,11 @@ def wrong_views(context: Context[Model]) -> list[Finding]:
     data, base = context.need_data, context.need_baseline
     if not _cameras(data):
         return []
-    # What everything free explains, the machine was off by: no view has to be read in another way. Readings of another kind
-    # beside the images give way first, and are not asked here.
+    # What everything free explains, the machine was off by. Readings of another kind beside the images give way first: not asked here.
     free = context.soft if context.fit is None else Baseline(context.fit.problem, context.fit.solution.x)
     ends = (base,) if free is None or len(_cameras(data)) < len(data.observations) else (base, free)
-    return explain_views(context) if all(_measure(data, end.problem, end.x).asks for end in ends) else []
+    asks = (_measure(data, e.problem, e.x).asks or seem_of_other_unit(data, e.problem, e.x) for e in ends)
+    return explain_views(context) if all(asks) else []
 
 
 def explain_views(context: Context[Model]) -> list[Finding]:
@@ -164,9 +164,7 @@ def _extent(obs: Observations) -> float:
 def _size(obs: Observations) -> float:
     """What an error of an instrument is a share of: of a camera its focal length, else what it reads."""
     if obs.kind == "pixels":
-        intrinsics = obs.options["intrinsics"]
-        assert isinstance(intrinsics, tuple)
-        return float(intrinsics[0])
+        return float(intrinsics_of(obs)[0])
     return max(float(np.median(np.linalg.norm(obs.value, axis=-1))), 1.0)
 
 
@@ -234,7 +232,9 @@ class _ViewSearch:
         seen = np.unique(np.concatenate([self.data.observations[i].configuration for i in self.cameras]))
         views, points = (VIEWS, POINTS) if robust or not freedom_of(self.model) else ROUGH
         where = seen[np.unique(np.linspace(0, len(seen) - 1, views).astype(np.int64))]
-        part = DataSet(self.data.configurations, tuple(subsample_views(o, where, points) for o in read)).take(where)
+        part = DataSet(
+            self.data.configurations, tuple(subsample_views(as_printed(o), where, points) for o in read)
+        ).take(where)
         # A size in another unit has scaled where targets start: poses that start from the images go with it.
         images = [i for i in changed if _extent(read[i]) == _extent(self.data.observations[i])]
         if images and any(o.kind == "lengths" for o in part.observations):

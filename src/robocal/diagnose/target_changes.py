@@ -6,6 +6,7 @@ place. A size in another unit is a factor that no other instrument shares.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 
@@ -13,11 +14,13 @@ import numpy as np
 
 from robocal._record import replace
 from robocal._types import Array
-from robocal.measure.data import Observations
+from robocal.estimate.problem import Problem
+from robocal.measure.data import DataSet, Observations
+from robocal.measure.pixels import size_of_print
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Number
 
-__all__ = ["CORNERS_REORDERED", "TARGET_UNIT", "target_changes"]
+__all__ = ["CORNERS_REORDERED", "TARGET_UNIT", "as_printed", "seem_of_other_unit", "target_changes"]
 
 CORNERS_REORDERED = declare(
     "corners-reordered",
@@ -35,6 +38,8 @@ UNITS = {  # by how much a size is too large that is read in one unit, and meant
     1000.0: "mm read as m", 1e-3: "m read as mm", 100.0: "cm read as m", 0.01: "m read as cm", 10.0: "mm read as cm",
     0.1: "cm read as mm", 1 / 0.0254: "inches read as m", 1 / 25.4: "inches read as mm", 25.4: "mm read as inches",
 }  # fmt: skip
+# Nobody prints so wrongly: half way, in logarithms, to the smallest of these factors.
+FAR = 0.5 * math.log(10.0)  # tolerance: see above
 SAME = 1e-9  # tolerance: m, of a square's half edge
 Change = tuple[str, Callable[[Observations], Observations], Mapping[str, Number]]
 
@@ -51,6 +56,18 @@ def target_changes(some: Sequence[Observations]) -> Iterator[Change]:
                 order = [(3 - k if reverse else k) for k in np.roll(np.arange(4), turns).tolist()]
                 words = ", ".join(map(str, order)) + " in place of 0, 1, 2, 3"
                 yield CORNERS_REORDERED, partial(_reorder, order=tuple(order)), {"order": words}
+
+
+def seem_of_other_unit(data: DataSet, problem: Problem, x: Array) -> bool:
+    """Whether a print is so far from its size at x (1, P) that no printer makes it."""
+    sizes = {size_of_print(o) for o in data.observations if o.kind == "pixels"} & set(problem.table.names)
+    found = [float(x[0, problem.table.index[n]]) for n in sizes]
+    return any(v <= 0 or abs(math.log(v)) > FAR for v in found)
+
+
+def as_printed(obs: Observations) -> Observations:
+    """The same with a print as large as stated: a size that is free would take up whatever factor is tried."""
+    return replace(obs, options={k: v for k, v in obs.options.items() if k != "print"})
 
 
 def _scale(obs: Observations, factor: float) -> Observations:
