@@ -23,8 +23,8 @@ from robocal.drives.cogging import Cogging
 from robocal.drives.drive_sweep import Sweep, escaped_rows, sweep_of
 from robocal.files.motor_simulation import read_motor_simulation
 from robocal.session.drive.drive_fit import choose, fit_motor, highest_order, moments_of_sweeps, prefer_directions
+from robocal.simulation.motor.motor_run import MotorLog
 from robocal.simulation.motor.procedure import sweep as sweep_motor
-from robocal.simulation.motor.runs import MotorLog
 
 ORDERS, AMPLITUDES = (4, 8, 12, 24), (0.060, 0.030, 0.020, 0.012)  # motor-sim.yaml, N m
 COULOMB, NOISE, COUNTS, RATE, SPEED = 0.10, 0.02, 8000, 50.0, np.radians(3.0)
