@@ -1,6 +1,7 @@
 """Whether the intervals of a motor's orders hold what they say, over sweeps of the simulated motor of the seed's chapter 1.
 
     python scripts/drive_coverage.py --seeds 1-200 > lines.jsonl      # a line per seed; 0.6 s each
+    python scripts/drive_coverage.py --seeds 1-200 --motor examples/cogging/motor.yaml --gain 5   # under its loop; 1 s each
     python scripts/drive_coverage.py --pool FOLDER                    # all *.jsonl of a folder, and what was asked beside it
 
 A sweep is 3 deg/s, two turns, both directions, 50 rows per second, an encoder of 8000 steps, 0.02 N m of noise, and a lag of half a
@@ -12,13 +13,18 @@ from __future__ import annotations
 
 import argparse
 import json
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 from robocal.drives.cogging import Cogging
-from robocal.drives.drive_sweep import Sweep, sweep_of
+from robocal.drives.drive_sweep import Sweep, escaped_rows, sweep_of
+from robocal.files.motor_simulation import read_motor_simulation
 from robocal.session.drive.drive_fit import choose, fit_motor, highest_order, moments_of_sweeps, prefer_directions
+from robocal.simulation.motor.procedure import sweep as sweep_motor
+from robocal.simulation.motor.runs import MotorLog
 
 ORDERS, AMPLITUDES = (4, 8, 12, 24), (0.060, 0.030, 0.020, 0.012)  # motor-sim.yaml, N m
 COULOMB, NOISE, COUNTS, RATE, SPEED = 0.10, 0.02, 8000, 50.0, np.radians(3.0)
@@ -40,12 +46,27 @@ def simulated_sweep(seed: int) -> tuple[Sweep, Cogging]:
     return sweep_of("sweep", "N m", np.arange(len(angle)) / RATE, np.floor(angle / step) * step, effort), truth
 
 
-def one(seed: int, phases: str) -> dict[str, object]:
+@cache
+def led_motor(path: Path, gain: float) -> tuple[tuple[MotorLog, MotorLog], Cogging, float, float]:
+    """The simulated motor under its position loop, without noise; its cogging, friction and noise."""
+    motor = read_motor_simulation(path)
+    quiet = replace(motor.sweep, noise=0.0)
+    logs = tuple(sweep_motor(motor.plant, gain, quiet, d, np.random.default_rng(0))[0] for d in (1, -1))
+    return logs, motor.plant.cogging, motor.plant.coulomb, motor.sweep.noise
+
+
+def one(seed: int, phases: str, motor: Path | None = None, gain: float = 5.0) -> dict[str, object]:
     """What one sweep shows: how many parts were found, how many of their intervals hold the truth, and both shares."""
-    sweep, truth = simulated_sweep(seed)
-    # The encoder shows the step below: half of one is a shift of the zero that truth and table both have.
-    shift = np.pi / COUNTS
-    used = sweep.used
+    if motor is None:
+        sweep, truth = simulated_sweep(seed)
+        # The encoder shows the step below: half of one is a shift of the zero that truth and table both have.
+        shift = np.pi / COUNTS
+    else:
+        logs, truth, _, noise = led_motor(motor, gain)
+        angle, torque = (np.concatenate([getattr(log, n) for log in logs]) for n in ("encoder", "torque"))
+        torque = torque + noise * np.random.default_rng(seed).standard_normal(len(torque))
+        sweep, shift = sweep_of("sweep", "N m", logs[0].period * np.arange(len(angle)), angle, torque), 0.0
+    used = sweep.used & ~escaped_rows(sweep)
     highest, _ = highest_order([sweep], [used])
     moments = moments_of_sweeps([sweep], [used], highest)
     chosen = choose(moments, 20, eccentric=False)
@@ -73,7 +94,9 @@ def one(seed: int, phases: str) -> dict[str, object]:
     total = NOISE**2 + float(np.var(real))
     # On average over new sweeps: noise, and what this table is off by. Of this sweep: its own noise, whose square scatters by 1 %.
     share = 1 - (NOISE**2 + float(np.mean(off**2))) / total
-    noise = sweep.effort[used] - real - COULOMB * direction
+    noise = sweep.effort[used] - real
+    for d in (1, -1):
+        noise[direction == d] -= noise[direction == d].mean()  # friction is not asked
     own = 1 - (float(np.mean(noise**2)) + float(np.mean(off**2))) / float(np.mean(noise**2) + np.var(real))
     false = [n for n in c.orders if n not in truth.orders]
     return {"seed": seed, "false": false, "parts": parts, "held": int(held), "orders": len(c.orders), "share": taken.share, "true": share,
@@ -105,6 +128,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", default="1-3")
     parser.add_argument("--phases", default="auto", choices=("auto", "lag", "directions"))
+    parser.add_argument("--motor", type=Path)
+    parser.add_argument("--gain", type=float, default=5.0)
     parser.add_argument("--pool", type=Path)
     o = parser.parse_args()
     if o.pool:
@@ -113,7 +138,7 @@ def main() -> None:
     first, _, last = o.seeds.partition("-")
     lines = []
     for seed in range(int(first), int(last or first) + 1):
-        lines.append(one(seed, o.phases))
+        lines.append(one(seed, o.phases, o.motor, o.gain))
         print(json.dumps(lines[-1]), flush=True)
 
 

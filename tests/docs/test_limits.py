@@ -6,7 +6,7 @@ import importlib.util
 import re
 from pathlib import Path
 
-from robocal.diagnose import limits, vision_limits
+from robocal.diagnose import drive_limits, limits, vision_limits
 
 PROJECT = Path(__file__).parents[2]
 
@@ -28,7 +28,7 @@ def test_the_page_has_every_limit():
 def test_a_limit_has_its_own_name_and_a_reason():
     assert len(limits.LIMITS) > 100
     for name, entry in limits.LIMITS.items():
-        home = vision_limits if hasattr(vision_limits, name) else limits
+        home = next(h for h in (vision_limits, drive_limits, limits) if hasattr(h, name))
         assert getattr(home, name) is entry.value, name
         assert entry.unit and entry.source and entry.why.endswith(".") and len(entry.why.split()) <= 25, name
 

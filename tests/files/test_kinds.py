@@ -70,6 +70,8 @@ def test_every_kind_is_known_to_files_but_those_of_machines_without_an_arm():
         "current",
         "plane_points",
         "plane_targets",
+        "current",
+        "torque",
     }
 
 

@@ -93,6 +93,20 @@ def test_sizes_that_were_found_come_back(tmp_path, form):
         read_map(write(tmp_path, re.sub(r'size_sigma("?): [0-9.e-]+', r"size_sigma\1: -1", text)))
 
 
+def test_sizes_beside_a_covariance_without_edges(tmp_path):
+    """As a prior they would count twice, once in the places and once in today's sizes: refused by key, and right without them."""
+    given = map_of()
+    write(tmp_path, map_covariance_text(given), "map.covariance.csv")
+    text = map_text(given, "robocal", "map.covariance.csv")
+    for key, value in (("size_sigma", 0.2), ("size_scatter", 0.3)):
+        with pytest.raises(FormatError, match="what places and sizes share") as error:
+            read_map(write(tmp_path, f"{text}{key}: {value}\n"))
+        assert error.value.key == key
+    with pytest.raises(FormatError, match="no marker is known as badly"):
+        read_map(write(tmp_path, f"{text}size_sigma: 300\n"))
+    assert read_map(write(tmp_path, text)).map.size_covariance is None
+
+
 def test_a_map_without_covariance(tmp_path):
     given = map_of(covariance=False)
     for form in ("robocal", "json", "markermapper", "ply"):

@@ -12,11 +12,14 @@ from robocal.arms.joint_loads import load_names, with_loads
 from robocal.cables.geometry import cable_robot
 from robocal.cables.pulley import Pulleys
 from robocal.cables.rope import rope
+from robocal.drives.drive_sweep import sweep_of
+from robocal.drives.motor import motor_of
 from robocal.estimate.problem import Problem
 from robocal.geometry import se3
 from robocal.measure.base import KINDS, kind_of, problem, synthesise
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.measure.plane_points import across
+from robocal.session.drive.drive_data import NUMBERS, drive_data
 
 DEG = np.pi / 180
 CAMERA = (900.0, 910.0, 320.0, 250.0, -0.05, 0.02, 0.003, -0.002, 0.01)
@@ -427,7 +430,23 @@ def planes(kind):
     }  # fmt: skip
 
 
+def swept(unit, by_direction):
+    """A motor that is led to and fro, with all of its numbers free."""
+
+    def sweep(rng):
+        way = np.sort(rng.uniform(0, 7, 40))
+        log = sweep_of("sweep", unit, np.arange(80.0), np.concatenate([way, way[::-1]]), rng.standard_normal(80))
+        motor = motor_of("motor", (3, 8), unit, 1.0, by_direction=by_direction, eccentric=True)
+        values = dict(zip(motor.table.names, rng.uniform(0.5, 1.0, len(motor.table)).tolist(), strict=True))
+        free = motor.with_values(values).with_table(motor.table.with_values(values).with_free(motor.table.names))
+        return problem(free, drive_data([log], [log.used], NUMBERS))
+
+    return sweep
+
+
 SCENARIOS = {
+    "current/motor, one lag": swept("A", False),
+    "torque/motor, phases per direction": swept("N m", True),
     **carriers_of("position", 1e-3),
     **carriers_of("pose", 1e-3),
     **carriers_of("bearing", 1e-3),

@@ -241,6 +241,15 @@ def test_escapes_are_masked_and_told(place):
     assert Code.DRIVE_ESCAPED not in codes(found(place, log(place, "led.csv", values)))
 
 
+def test_lost_samples_are_left_out(place):
+    values = rows()
+    values[100::500, 2] += 40.0
+    made = found(place, log(place, "lost.csv", values))
+    assert made.trusted
+    assert Code.DRIVE_LONE_ROWS in codes(made)
+    assert made.result.taken.share == pytest.approx(found(place, log(place)).result.taken.share, abs=0.005)
+
+
 def test_other_speeds_are_held_back(place):
     fast = log(place, "fast.csv", rows(speed=2.0, noise=0.05))
     made = found(place, log(place), fast)

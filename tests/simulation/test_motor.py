@@ -12,9 +12,9 @@ from motors import seed_motor, table_error, thin_estimate
 from robocal.control.pid import ControlLaw, ControllerState, step
 from robocal.drives.cogging import Cogging
 from robocal.errors import ModelError
+from robocal.simulation.motor.motor_run import compensation, ramp, run
 from robocal.simulation.motor.plant import MotorPlant
 from robocal.simulation.motor.procedure import SweepPlan, compare, sweep, tracking
-from robocal.simulation.motor.runs import compensation, ramp, run
 
 PLAIN = MotorPlant(1e-4, 0.5, Cogging(), 1e-9, 1e-9, 0.05, 0.0, 1.0, 0.0)
 COGGED = Cogging((4, 12), (0.05, 0.01), (-0.02, 0.02), math.radians(0.6))
@@ -89,11 +89,11 @@ def test_compensation_is_that_of_the_desired_direction():
 
 
 def test_shorter_steps_change_nothing(monkeypatch):
-    from robocal.simulation.motor import runs
+    from robocal.simulation.motor import motor_run
 
     motor = seed_motor()
     far = tracking(motor.plant, motor.controllers[1], replace(motor.ramp, warm_up=0.2))[1]
-    monkeypatch.setattr(runs, "LONGEST_STEP", 2.5e-5)
+    monkeypatch.setattr(motor_run, "LONGEST_STEP", 2.5e-5)
     near = tracking(motor.plant, motor.controllers[1], replace(motor.ramp, warm_up=0.2))[1]
     assert near.position == pytest.approx(far.position, rel=0.02)
     assert near.effort == pytest.approx(far.effort, rel=0.02)

@@ -14,7 +14,7 @@ import pytest
 
 import robocal
 from robocal.errors import ModelError
-from robocal.verbs.warm_up import Options, beside, compile_beside, kernel_lists, run
+from robocal.verbs.warm_up import WAYS, Options, beside, compile_beside, kernel_lists, run
 
 ROOT = Path(robocal.__file__).parent
 compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="NUMBA_DISABLE_JIT leaves kernels uncompiled")
@@ -92,19 +92,31 @@ def test_the_list_has_the_types_that_commands_use(tmp_path):
 
 
 @compiled
-def test_a_second_process_helps_where_it_knows_what_is_needed(monkeypatch):
-    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1}, raising=False)
-    assert compile_beside("geometry.left_inverse") is None
-    if (helper := compile_beside("geometry.path.path_kernel")) is not None:  # None without a folder to write to
+@pytest.mark.parametrize(("cores", "most"), [(1, 0), (2, 1), (3, 2), (16, 2)])
+def test_other_processes_help_where_they_know_what_is_needed(monkeypatch, cores, most):
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(cores)), raising=False)
+    assert compile_beside("geometry.left_inverse") == []
+    helpers = compile_beside("geometry.path.path_kernel")
+    assert len(helpers) in (0, most)  # none without a folder to write to
+    for helper in helpers:
         helper.kill()
         assert helper.wait() != 0
-    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0}, raising=False)
-    assert compile_beside("geometry.path.path_kernel") is None
 
 
-def test_a_second_process_ends_with_the_first(monkeypatch):
+@pytest.mark.parametrize("way", WAYS)
+def test_other_processes_end_with_the_first(monkeypatch, way):
     monkeypatch.setattr("robocal.verbs.warm_up.compile_line", lambda *_, **__: pytest.fail("nobody waits for it"))
-    beside("geometry.path.path_kernel", parent=-1)
+    beside("geometry.path.path_kernel", -1, way)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_other_processes_leave_the_first_kernel_to_the_last(monkeypatch, way):
+    """It is the one that the command compiles when it asks for them."""
+    told = []
+    monkeypatch.setattr("robocal.verbs.warm_up.compile_line", lambda line, wait: told.append(line))
+    beside("geometry.path.path_kernel", os.getppid(), way)
+    own = kernel_lists()[0]
+    assert set(own[1:]) <= set(told) <= set(own) and told[0] != own[0] and told.index(own[1]) in (0, len(own) - 2)
 
 
 @compiled
@@ -129,4 +141,4 @@ def test_where_no_second_process_starts_the_command_compiles_alone(monkeypatch):
 
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1}, raising=False)
     monkeypatch.setattr(subprocess, "Popen", refuse)
-    assert compile_beside("geometry.path.path_kernel") is None
+    assert compile_beside("geometry.path.path_kernel") == []

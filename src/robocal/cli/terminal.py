@@ -120,23 +120,23 @@ class Terminal:
 
     @contextmanager
     def watching(self) -> Iterator[Bar]:
-        """Something that may take long: gives the `watch` for it, and says once when kernels are compiled, by two processes."""
-        bar, second = Bar(self), ExitStack()
+        """Something that may take long: gives the `watch` for it, and says once when kernels are compiled, by several processes."""
+        bar, others = Bar(self), ExitStack()
 
         def compiling(first: str) -> None:
             from robocal.verbs.warm_up import compile_beside
 
             complain(COMPILING, kind="note")
-            if (helper := compile_beside(first)) is not None:
-                second.callback(helper.wait)
-                second.callback(helper.kill)
+            for helper in compile_beside(first):
+                others.callback(helper.wait)
+                others.callback(helper.kill)
 
         on_compile(compiling)
         try:
             yield bar
         finally:
             on_compile(None)
-            second.close()
+            others.close()
             bar.close()
             if timings := Timings.current:
                 timings.take("write")  # what follows is told

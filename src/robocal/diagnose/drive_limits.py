@@ -23,4 +23,6 @@ OTHER_GAIN = limit(0.5, "of the curve", "A log of the same motor shows the curve
 FLAG_TURNS = limit(2, "turns", "A change within a turn makes one turn that is neither; two are none.")
 SHIFT_BETTER = limit(0.9, "of the best share", "Motors are alike after a part of a turn: at other zeros tables fit nearly as well.")
 SHIFT_LEAST = limit(math.radians(3.0), "rad", "So far directions lie apart by lag; more is another zero.", "seed document, 1.4.2")
+LONE_ROWS = limit(12.0, "robust sigma", "Noise of no drive throws a row so far from its neighbours; a lost sample does.",
+    "tests/session/test_drive_logs.py")
 FLOOR_CHANCE = limit(1e-3, "chance", "White noise is called a floor once in a thousand orders; a real one is many times as high.")

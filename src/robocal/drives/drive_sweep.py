@@ -16,7 +16,7 @@ import numpy as np
 from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 
-__all__ = ["ARC", "Sweep", "arc_of", "escaped_rows", "led_directions", "sweep_of", "turns_of"]
+__all__ = ["ARC", "Sweep", "arc_of", "escaped_rows", "led_directions", "lone_rows", "sweep_of", "turns_of"]
 
 ARC = np.pi / 6  # what is held out together: 30 degrees, in both directions
 STEPS = 6.0  # grid: of the encoder, over which a speed is asked
@@ -28,6 +28,8 @@ ESCAPE_SPEED = (
     8.0  # grid: times the speed at which it is led; a rotor that follows its cogging is up to three times as fast
 )
 ESCAPE_STEPS = 4.0  # grid: of the encoder, over which a jump is asked
+AROUND = 7  # grid: rows, by whose median one is judged
+ALONE = 0.1  # grid: of the middle size of efforts; from row to row a curve changes by less
 LANDING = np.radians(0.3)  # grid: so far friction gives way before the rotor turns again
 
 
@@ -143,6 +145,19 @@ def sweep_of(
     speed = np.divide(angle[ahead] - angle[behind], took, out=np.zeros(len(angle)), where=took > 0)
     slope = np.divide(speed[ahead] - speed[behind], took, out=np.zeros(len(angle)), where=took > 0)
     return Sweep(name, unit, time, angle, effort, direction, speed, slope, used, step, flag, lines)
+
+
+def lone_rows(sweep: Sweep, times: float) -> Bools:
+    """Rows (m,) whose effort stands alone: farther than so many robust sigma from the median of the rows around it."""
+    y = sweep.effort
+    if len(y) < AROUND:
+        return np.zeros(len(y), dtype=bool)
+    half = AROUND // 2
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(y, half, mode="edge"), AROUND)
+    off = np.abs(y - np.median(around, axis=1))
+    # Half of what is off is the median of noise; a log without noise has none that is off by chance.
+    sigma = float(np.median(off)) / 0.6745
+    return np.asarray(off > times * max(sigma, ALONE * float(np.median(np.abs(y - np.median(y))))))
 
 
 def _led_pace(sweep: Sweep) -> float:

@@ -37,7 +37,8 @@ class SeedTable:
     @property
     def means(self) -> Array:
         """The mean of each direction, (2,): friction, with its sign, and what else is constant."""
-        return np.asarray(np.nanmean(np.where(self.lost, np.nan, self.values), axis=1))
+        count = np.maximum((~self.lost).sum(axis=1), 1)
+        return np.asarray(np.where(self.lost, 0.0, self.values).sum(axis=1) / count)
 
     @property
     def coulomb(self) -> float:
@@ -85,7 +86,7 @@ def _smooth(values: Array, weights: Array, degree: int, window: float) -> Array:
     powers = np.arange(degree + 1)
     a = moments[powers[:, None] + powers].transpose(2, 0, 1)
     # As many on both sides as it has powers, and one near: a polynomial says nothing of where it has no readings.
-    ahead, behind, near = (_around(weights, side * 1.0) for side in (x >= 0, x <= 0, np.abs(x) <= NEAR))
+    ahead, behind, near = (_around(weights, side.astype(np.float64)) for side in (x >= 0, x <= 0, np.abs(x) <= NEAR))
     told = (ahead >= degree) & (behind >= degree) & (near > 0)
     out = np.full(CELLS, np.nan)
     if told.any():

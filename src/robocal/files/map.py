@@ -80,6 +80,9 @@ class MapMarkerModel(FileModel):
     sigma: list[FiniteFloat] | None = None
 
 
+BADLY = 0.5  # tolerance: of an edge, as what all may be off by
+
+
 class MapModel(FileModel):
     """map.yaml as it is written."""
 
@@ -141,7 +144,19 @@ def _read_own(document: YamlDocument, name: str) -> tuple[tuple[MarkerMap, ...],
         document.insist(
             value is None or value >= 0, "not a standard deviation", (key,), found=value, expected="0 or more"
         )
-    if covariance is not None and len(covariance) > 6 * len(names):
+    if given.size_sigma is not None:
+        bad = float(units.length.to_si(np.array(given.size_sigma))) > BADLY * size.min(initial=np.inf)
+        expected = f"at most half of the smallest marker, in {units.length.name}"
+        document.insist(
+            not bad, "no marker is known as badly", ("size_sigma",), found=given.size_sigma, expected=expected
+        )
+    edges = covariance is not None and len(covariance) > 6 * len(names)
+    for key in () if edges or remarks else ("size_sigma", "size_scatter"):
+        # Today's sizes would count beside those that the places were found with.
+        expected = "a covariance with a column for each edge, as robocal vision map writes it; or no size_sigma and size_scatter"
+        message = "the covariance does not say what places and sizes share"
+        document.insist(getattr(given, key) is None, message, (key,), found=getattr(given, key), expected=expected)
+    if edges and covariance is not None:
         both = given.size_sigma is not None and given.size_scatter is not None
         expected = "both beside a covariance that holds edges"
         document.insist(both, "size_sigma or size_scatter is missing", ("covariance",), expected=expected)

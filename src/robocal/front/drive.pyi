@@ -8,7 +8,7 @@ from robocal.front.verb_result import Found
 from robocal.session.drive.drive_result import IdentifiedDrive as _identify_IdentifiedDrive
 from robocal.session.drive.drive_table import DriveTable as _compensate_DriveTable
 from robocal.session.drive.drive_validation import DriveValidation as _validate_DriveValidation
-from robocal.verbs.drive.simulate.result import MotorTrial as _simulate_MotorTrial
+from robocal.verbs.drive.simulate.motor_trial import MotorTrial as _simulate_MotorTrial
 
 _Path = str | os.PathLike[str]
 _Given = _Path | Measurements | Found[Any]

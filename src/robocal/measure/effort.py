@@ -67,7 +67,9 @@ class EffortRows(Rows):
             pull, heavy = w * r, w * j
             out.cost[b] += 0.5 * (r @ pull)
             out.g[b, self.columns] += j @ pull
-            out.a[b][at] += heavy @ j.T
+            whole = np.zeros_like(out.a[b])
+            whole[at] = heavy @ j.T
+            out.a[b] += np.tril(whole)
         return True
 
     def _one(self, values: Array, first: int, rows: int) -> tuple[Array, Array]:

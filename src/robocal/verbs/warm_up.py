@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib import import_module
 from importlib.resources import files
 from pathlib import Path
@@ -21,7 +21,12 @@ __all__ = ["LIST", "Options", "beside", "compile_beside", "kernel_lists", "run",
 # A kernel with the types of what it is given, as numba writes them, on each line. Each paragraph but the last is what one kind of
 # command compiles when nothing is cached, in the order of need.
 LIST = "kernels.txt"
-BEGIN = "import sys; sys.path[:] = sys.argv[3:]; from robocal.verbs.warm_up import beside; beside(sys.argv[1], int(sys.argv[2]))"
+BEGIN = (
+    "import sys; sys.path[:] = sys.argv[4:]; from robocal.verbs.warm_up import beside; "
+    "beside(sys.argv[1], int(sys.argv[2]), sys.argv[3])"
+)
+# How other processes go through a list: one from its end, another from its second line, one kernel ahead of the command.
+WAYS: dict[str, Callable[[list[str]], list[str]]] = {"end": lambda lines: lines[::-1], "ahead": lambda lines: lines[1:]}
 
 
 @record
@@ -68,26 +73,30 @@ def kernel_lists() -> list[list[str]]:
     return [part.splitlines() for part in files("robocal").joinpath(LIST).read_text("utf-8").split("\n\n")]
 
 
-def compile_beside(first: str) -> subprocess.Popen[bytes] | None:
-    """A second process for what a command that begins by compiling the kernel `first` will need; None where there is no second core,
-    no cache to meet in, or no list that begins so."""
+def compile_beside(first: str) -> list[subprocess.Popen[bytes]]:
+    """Other processes for what a command that begins by compiling the kernel `first` will need: one for every core beyond its own, two
+    at most. None where there is no second core, no cache to meet in, or no list that begins so."""
     from robocal._jit import cache_folder
 
     known = any(lines[0].startswith(f"{first}(") for lines in kernel_lists()[:-1])
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if not known or cores < 2 or cache_folder() is None:
-        return None
-    command, nothing = [sys.executable, "-P", "-c", BEGIN, first, str(os.getpid()), *sys.path], subprocess.DEVNULL
-    try:
-        return subprocess.Popen(command, stdin=nothing, stdout=nothing, stderr=nothing, start_new_session=True)
-    except OSError:  # no more processes, or no memory for one: the command compiles alone
-        return None
+    if not known or cache_folder() is None:
+        return []
+    nothing, begun = subprocess.DEVNULL, []
+    for way in list(WAYS)[: cores - 1]:
+        command = [sys.executable, "-P", "-c", BEGIN, first, str(os.getpid()), way, *sys.path]
+        try:
+            begun.append(
+                subprocess.Popen(command, stdin=nothing, stdout=nothing, stderr=nothing, start_new_session=True)
+            )
+        except OSError:  # no more processes, or no memory for one: the command compiles alone
+            break
+    return begun
 
 
-def beside(first: str, parent: int) -> None:
-    """Compiles the list that begins with `first` from its end, while the process `parent` lives and compiles it from the beginning:
-    they meet in the middle."""
-    for line in reversed(next(lines for lines in kernel_lists() if lines[0].startswith(f"{first}("))):
+def beside(first: str, parent: int, way: str) -> None:
+    """Compiles the list that begins with `first`, while the process `parent` lives and compiles it from the beginning."""
+    for line in WAYS[way](next(lines for lines in kernel_lists() if lines[0].startswith(f"{first}("))):
         if os.getppid() != parent:
             return
         compile_line(line, wait=False)

@@ -58,6 +58,7 @@ class DriveRemarks:
         "of which neither has]",
         "Raise the gain of the position loop, and sweep again.",
     )
+    DRIVE_LONE_ROWS = Phrase("{count} rows of {log} stand alone, far from the rows around them, and are left out")
     DRIVE_TABLE_LOST = Phrase(
         "{lost:.3g} deg of the tables have no reading near, in neither direction",
         "Log more often, or take a wider --window.",

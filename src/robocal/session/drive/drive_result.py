@@ -12,8 +12,8 @@ import numpy as np
 
 from robocal._record import record
 from robocal._types import Array, Bools
-from robocal.diagnose.drive_limits import SAME_PACE
-from robocal.drives.drive_sweep import Sweep, escaped_rows
+from robocal.diagnose.drive_limits import LONE_ROWS, SAME_PACE
+from robocal.drives.drive_sweep import Sweep, escaped_rows, lone_rows
 from robocal.drives.order_choice import ChosenOrders
 from robocal.drives.order_names import STRONG, guess_motor, name_order
 from robocal.drives.seed_table import SeedTable, seed_table
@@ -47,9 +47,6 @@ from robocal.session.verb_base import VerdictResult
 from robocal.session.watching import computable
 
 __all__ = ["DriveDocument", "IdentifiedDrive", "find_drive", "identify_logs"]
-
-SIDES = 1.959963984540054  # of a normal law, 95 %
-GRID = 10  # grid: of tables that the document's method fills, cells per degree
 
 
 @record(kw_only=True)
@@ -270,7 +267,8 @@ def identify_logs(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, comma
     fitted = tuple(i for i, log in enumerate(logs) if log.sweep.median_speed <= SAME_PACE * slowest)
     sweeps = [logs[i].sweep for i in fitted]
     escaped = tuple(escaped_rows(s) for s in sweeps)
-    used = tuple(s.used & ~e for s, e in zip(sweeps, escaped, strict=True))
+    lone = tuple(lone_rows(s, LONE_ROWS) for s in sweeps)
+    used = tuple(s.used & ~e & ~a for s, e, a in zip(sweeps, escaped, lone, strict=True))
     told = next((log.motor for log in logs if log.motor.slots or log.motor.poles), logs[0].motor)
     slots, poles = o.slots or told.slots, o.poles or told.poles
     if poles is not None and poles % 2:
@@ -278,8 +276,8 @@ def identify_logs(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, comma
     highest, _ = highest_order(sweeps, used)
     moments = moments_of_sweeps(sweeps, used, highest)
     if len(np.unique(moments.arc)) < 2:
-        other = check_reading(sweeps[0], 0.0)
-        hint = "" if other is None else f", or other columns or units: {dict(other.numbers)['change']}"
+        reading = check_reading(sweeps[0], 0.0)
+        hint = "" if reading is None else f", or other columns or units: {dict(reading.numbers)['change']}"
         message, found = "the log stays within one arc of 30 degrees", str(logs[fitted[0]].path)
         raise ModelError(message, found=found, expected=f"a sweep over a turn{hint}")
     chosen = choose(moments, o.orders, o.eccentric)
@@ -304,9 +302,15 @@ def identify_logs(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, comma
         other_logs[i] if i in other_logs else explain(taken.motor, log.sweep, used[fitted.index(i)])
         for i, log in enumerate(logs)
     )
-    table = seed_table(sweeps[0], escaped[0], o.degree, np.radians(o.window)) if o.method == "seed" else None
+    table = seed_table(sweeps[0], escaped[0] | lone[0], o.degree, np.radians(o.window)) if o.method == "seed" else None
     verdict, warnings = judge_logs(logs, sweeps, used, escaped, taken, other_logs, (slots, poles), o)
-    if table is not None and table.lost.any():
+    alone = [
+        Remark.of(Code.DRIVE_LONE_ROWS, count=int(a.sum()), log=s.name)
+        for s, a in zip(sweeps, lone, strict=True)
+        if a.any()
+    ]
+    warnings = (*warnings, *alone)
+    if table is not None and table.lost.any() and verdict.status == "improved":
         lost = float(table.lost.any(axis=0).mean()) * 360
         verdict = verdict.instead("not_improved", Remark.of(Code.DRIVE_TABLE_LOST, lost=lost))
     motor_file = _motor_file(name, taken, logs, table, told.torque_constant, command)

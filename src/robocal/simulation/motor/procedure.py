@@ -14,10 +14,10 @@ import numpy as np
 from robocal._record import record
 from robocal._types import Array
 from robocal.control.pid import ControlLaw
+from robocal.simulation.motor.motor_run import LookUp, MotorLog, ramp, run
 from robocal.simulation.motor.plant import MotorPlant
-from robocal.simulation.motor.runs import Compensation, MotorLog, ramp, run
 
-__all__ = ["Gain", "RampTest", "SweepPlan", "Tracking", "compare", "sweep", "tracking"]
+__all__ = ["RampTest", "SweepPlan", "Tracking", "TrackingGain", "compare", "sweep", "tracking"]
 
 TURN = 2 * math.pi
 RUN_IN = TURN / 8  # of a sweep, before what is recorded
@@ -55,7 +55,7 @@ class Tracking:
 
 
 @record
-class Gain:
+class TrackingGain:
     """By how much compensation divides each number of `Tracking`."""
 
     position: float
@@ -76,7 +76,7 @@ def sweep(
 
 
 def tracking(
-    plant: MotorPlant, gains: tuple[float, float, float], test: RampTest, added: Compensation | None = None
+    plant: MotorPlant, gains: tuple[float, float, float], test: RampTest, added: LookUp | None = None
 ) -> tuple[MotorLog, Tracking]:
     """The ramp under a PID controller of gains kp, ki, kd: the rows that are judged, and what they are judged by."""
     law = ControlLaw(*gains, period=test.period, filter_time=test.filter_time, limit=plant.torque_limit)
@@ -88,7 +88,7 @@ def tracking(
     return log, Tracking(float(np.sqrt(np.mean(error**2))), float(np.abs(log.effort).max()), worst)
 
 
-def compare(without: Tracking, compensated: Tracking) -> Gain:
+def compare(without: Tracking, compensated: Tracking) -> TrackingGain:
     """What compensation divides the numbers of a ramp by."""
     names = ("position", "effort", "speed")
-    return Gain(*(getattr(without, name) / getattr(compensated, name) for name in names))
+    return TrackingGain(*(getattr(without, name) / getattr(compensated, name) for name in names))

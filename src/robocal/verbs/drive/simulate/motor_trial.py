@@ -26,8 +26,8 @@ from robocal.quantities import Column, Listing, UnitValue
 from robocal.report.sections import Section
 from robocal.session.drive.drive_result import IdentifiedDrive, identify_logs
 from robocal.session.verb_base import VerbResult
-from robocal.simulation.motor.procedure import Gain, Tracking, compare, sweep, tracking
-from robocal.simulation.motor.runs import Compensation, MotorLog
+from robocal.simulation.motor.motor_run import LookUp, MotorLog
+from robocal.simulation.motor.procedure import Tracking, TrackingGain, compare, sweep, tracking
 
 __all__ = ["MotorTrial", "SimulateDriveDocument", "SweepLog", "simulate_procedure", "try_motor"]
 
@@ -57,12 +57,12 @@ class RampResult:
     logs: tuple[MotorLog, MotorLog]
 
     @property
-    def gain(self) -> Gain:
+    def gain(self) -> TrackingGain:
         """What compensation divides by."""
         return compare(self.without, self.full)
 
     @property
-    def gain_no_mean(self) -> Gain:
+    def gain_no_mean(self) -> TrackingGain:
         """The same of tables without mean."""
         return compare(self.without, self.no_mean)
 
@@ -194,7 +194,7 @@ class MotorTrial(VerbResult):
 
     def details(self) -> Iterator[Section]:
         """The curves and the ramps as pictures."""
-        from robocal.verbs.drive.simulate.page import trial_pictures
+        from robocal.verbs.drive.simulate.trial_page import trial_pictures
 
         yield from trial_pictures(self)
 
@@ -252,7 +252,7 @@ def try_motor(motor: MotorSimulation, gain: float, seed: int, watch: Watch | Non
     found = identify_logs(SETTINGS, (drive_log(motor, sweeps),), watch, command)
     tell(watch, "ramp")
     full, bare = (
-        Compensation(compensation_table(found.motor_file, "csv", CELLS, "Nm", friction, None).values)
+        LookUp(compensation_table(found.motor_file, "csv", CELLS, "Nm", friction, None).values)
         for friction in (True, False)
     )
     ramps = []

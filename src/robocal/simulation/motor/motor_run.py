@@ -14,7 +14,7 @@ from robocal.drives.cogging import Cogging
 from robocal.simulation.motor._kernels import run_motor
 from robocal.simulation.motor.plant import MotorPlant
 
-__all__ = ["Compensation", "MotorLog", "compensation", "ramp", "run"]
+__all__ = ["LookUp", "MotorLog", "compensation", "ramp", "run"]
 
 LONGEST_STEP = 1e-4  # s: a fifth of a radian of the fastest oscillation, that of the rotor on its bristles
 ENTRIES = 1440  # of a compensation table: 0.25 deg
@@ -50,16 +50,16 @@ class MotorLog:
 
 
 @record(eq=False)
-class Compensation:
+class LookUp:
     """Torque to add at equally spaced angles of one turn, for the direction forward and for the reverse: (2, k) N m."""
 
     tables: Array
 
 
-def compensation(cogging: Cogging, friction: float = 0.0, offset: float = 0.0) -> Compensation:
+def compensation(cogging: Cogging, friction: float = 0.0, offset: float = 0.0) -> LookUp:
     """The tables of a cogging, with the mean of each direction: offset plus or minus the friction. Both 0: tables without a mean."""
     angle = 2 * math.pi * np.arange(ENTRIES) / ENTRIES
-    return Compensation(np.stack([offset + d * friction + cogging.at(angle, d) for d in (1.0, -1.0)]))
+    return LookUp(np.stack([offset + d * friction + cogging.at(angle, d) for d in (1.0, -1.0)]))
 
 
 def ramp(start: float, speed: float, duration: float, period: float) -> Array:
@@ -67,7 +67,7 @@ def ramp(start: float, speed: float, duration: float, period: float) -> Array:
     return np.asarray(start + speed * period * np.arange(round(duration / period) + 1), np.float64)
 
 
-def run(plant: MotorPlant, law: ControlLaw, reference: Array, added: Compensation | None = None) -> MotorLog:
+def run(plant: MotorPlant, law: ControlLaw, reference: Array, added: LookUp | None = None) -> MotorLog:
     """A motor that starts at rest, at the first desired angle, and follows `reference` (m + 1,)."""
     log = np.empty((len(reference) - 1, 8))
     start = float(reference[0])
