@@ -66,8 +66,6 @@ def test_every_kind_is_known_to_files_but_those_of_machines_without_an_arm():
         "elongation",
         "winches",
         "joint_torque",
-        "torque",  # of motors
-        "current",
         "plane_points",
         "plane_targets",
         "current",
