@@ -43,7 +43,14 @@ FACTS = {
     Code.JOINT_LOADS_APART,
     *(Code.HAND_EYE_LOST,),  # beside what explains it
     *(Code.LENS_GAIN_PROVEN, Code.LENS_NOT_CONVERGED, Code.POSES_WITHOUT_VIEW),
-    *(Code.DRIVE_WINDING, Code.DRIVE_SENSOR_ORDERS, Code.DRIVE_IDEAL, Code.DRIVE_HELD_BACK, Code.DRIVE_LONE_ROWS, Code.DRIVE_NO_POSITION_TABLE),
+    *(
+        Code.DRIVE_WINDING,
+        Code.DRIVE_SENSOR_ORDERS,
+        Code.DRIVE_IDEAL,
+        Code.DRIVE_HELD_BACK,
+        Code.DRIVE_LONE_ROWS,
+        Code.DRIVE_NO_POSITION_TABLE,
+    ),
     *(Code.GAIN_ANYWAY, Code.RESTARTED, Code.BOOTSTRAP_SPREAD, Code.ELSEWHERE, Code.NO_EFFECT, Code.CANNOT_BE_TOLD),
     *(
         Code.NO_RIPPLE,

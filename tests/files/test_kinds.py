@@ -64,6 +64,8 @@ def test_every_kind_is_known_to_files_but_those_of_machines_without_an_arm():
         "inclination",
         "sag",
         "elongation",
+        "winches",
+        "joint_torque",
         "plane_points",
         "plane_targets",
         "current",

@@ -29,13 +29,13 @@ OF_PARTS: dict[str, dict[str, str]] = {
         "lengths": "lengths",
         "swivel": "lengths",
         "load": "lengths",
-        "winches": "winches",
+        "winches": "winch_currents",
         "inclination": "ranges",
     },
     "rope": {"sag": "loads", "elongation": "loads"},
 }
 # Those that no arm is simulated with yet.
-NOT_SIMULATED = {"plane_points": "plane_points", "joint_torque": "joint_torque"}
+NOT_SIMULATED = {"plane_points": "plane_points", "joint_torque": "torques_of_joints"}
 # Whatever else is a kind has a module of its own name.
 MODULES |= {
     name: name

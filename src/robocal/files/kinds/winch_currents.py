@@ -27,7 +27,7 @@ STATED = {"torque_constant": ("kt", "N m/A"), "coulomb": ("coulomb", "N m"), "vi
 OUT = "how fast the cable runs out; below 0 where it is wound in"
 
 
-class AmountModel(FileModel):
+class WinchNumberModel(FileModel):
     """A number with its unit, and how far it may be off: with a prior, or free, it is identified."""
 
     value: FiniteFloat = 0.0
@@ -36,7 +36,7 @@ class AmountModel(FileModel):
     free: bool | None = None
 
 
-class RadiusModel(FileModel):
+class DrumRadiusModel(FileModel):
     """A length with its unit."""
 
     value: PositiveFloat
@@ -47,10 +47,10 @@ class WinchModel(FileModel):
     """What all winches are made of; friction is that of each, at its motor."""
 
     gear: PositiveFloat = 1.0
-    radius: RadiusModel
-    torque_constant: AmountModel
-    coulomb: AmountModel | None = None
-    viscous: AmountModel | None = None
+    radius: DrumRadiusModel
+    torque_constant: WinchNumberModel
+    coulomb: WinchNumberModel | None = None
+    viscous: WinchNumberModel | None = None
 
 
 class WinchesModel(DataModel):
@@ -72,7 +72,7 @@ def read_winches(model: WinchesModel, table: CsvTable, document: YamlDocument) -
     priors: dict[str, float] = {}
     free: list[str] = []
     for key, (symbol, si) in STATED.items():
-        given: AmountModel | None = getattr(w, key)
+        given: WinchNumberModel | None = getattr(w, key)
         if given is None:
             continue
         unit = document.unit(given.unit, si, ("winch", key, "unit"))
