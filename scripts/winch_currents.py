@@ -1,7 +1,9 @@
 """Tensions from motor currents in a calibration, by simulation: prints what was asked for and what is measured.
 
-python scripts/winch_currents.py [--draws 20] [--seeds A-B] [--coverage]    the robot of examples/cable-laval, with friction and a torque constant
-                                                                that is off; lengths, a pose instrument and currents at 60 poses
+python scripts/winch_currents.py [--draws 20] [--seeds A-B] [--coverage]
+
+The robot of examples/cable-laval, its winches with friction and a torque constant that is off; lengths, a pose instrument and currents
+at 60 poses. --coverage fits once a seed.
 """
 
 from __future__ import annotations

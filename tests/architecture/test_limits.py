@@ -10,7 +10,12 @@ import pytest
 
 SOURCE = Path(__file__).parents[2] / "src"
 WHERE = ("diagnose", "prove", "files/causes.py", "files/data_checks.py", "session", "fit/starts/unknown_zeros.py")
-HOME = ("robocal.diagnose.limits", "robocal.diagnose.drive_limits", "robocal.diagnose.vision_limits", "robocal.fit.limits")
+HOME = (
+    "robocal.diagnose.limits",
+    "robocal.diagnose.drive_limits",
+    "robocal.diagnose.vision_limits",
+    "robocal.fit.limits",
+)
 MARK = re.compile(r"# (tolerance|grid)\b")
 ORDER = (ast.Lt, ast.LtE, ast.Gt, ast.GtE)
 

@@ -8,8 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from robocal.arms.conventions import chain
+from robocal.arms.joint_loads import load_names, with_loads
 from robocal.cables.geometry import cable_robot
 from robocal.cables.pulley import Pulleys
+from robocal.cables.rope import rope
 from robocal.drives.drive_sweep import sweep_of
 from robocal.drives.motor import motor_of
 from robocal.estimate.problem import Problem
@@ -265,6 +267,62 @@ def weighed(planar):
     return made_of
 
 
+def roped(rng, kind):
+    """A cable by itself under loads."""
+    m, machine = 7, rope(0.12, 2e-3, 0.8, 50.0, ("cable.weight", "cable.elasticity", "cable.exponent"))
+    length = {"span" if kind == "sag" else "length": np.full(m, 5.0)}
+    options = {"offset": "gauge"} if kind == "elongation" else {}
+    where = Configurations(tuple(map(str, range(m))))
+    obs = Observations(
+        kind, np.arange(m), rng.normal(scale=0.1, size=(m, 1)), np.full((m, 1), 1e-3), extra={**length, "tension": rng.uniform(5, 90, m)},
+        options=options,
+    )  # fmt: skip
+    names = ["cable.weight"] if kind == "sag" else ["cable.elasticity", "cable.exponent", "gauge.offset"]
+    return problem(machine, DataSet(where, (obs,))).with_free(names)
+
+
+def burdened(rng):
+    """An arm whose drives bear links and friction."""
+    machine, m = with_loads(arm()), 5
+    n = len(machine.joints)
+    extra = {"joint": np.tile(np.arange(n), m), "speed": rng.uniform(-1, 1, m * n)}
+    obs = observations("joint_torque", m, 0.1, each=n, extra=extra)
+    return made(machine, [obs], rng, m, free=load_names(machine), error=1.0)
+
+
+def winding(rng):
+    """Winches beside lengths: what currents tell of tensions balances the weight, and stretches the cables, each with friction."""
+    m = 5
+    machine = cable_robot(
+        "eight", rng.normal(size=(8, 3)) * 2, 0.2 * rng.normal(size=(8, 3)), elasticity=np.linspace(1e-4, 4e-4, 8)
+    )
+    current, speed = rng.uniform(1, 4, (m, 8)), 0.1 * rng.choice([-1.0, 1.0], (m, 8))
+    shared = {"winches": "winches", "ratio": 40.0, "cables": machine.cables}
+    known = {"mass": 5.0, "cx": 0.02, "cy": -0.01, "cz": 0.03, "kt": 0.6, "coulomb": 0.1, "viscous": 0.01}
+    options = {
+        **shared,
+        "platform": "platform",
+        "values": known,
+        "free": ("mass", "cx", "cy", "cz", "kt", "coulomb", "viscous"),
+    }
+    extra = {
+        "axis": np.tile(np.arange(6), m),
+        "current": np.repeat(current, 6, axis=0),
+        "speed": np.repeat(speed, 6, axis=0),
+    }
+    rows = observations("winches", m, 1.0, each=6, extra=extra, options=options)
+    extra = {
+        "cable": np.tile(np.arange(8), m),
+        "tension": np.full(8 * m, 50.0),
+        "current": current.ravel(),
+        "speed": speed.ravel(),
+    }
+    lengths = observations("lengths", m, 1e-3, each=8, extra=extra, options=shared)
+    numbers = ["winches.kt", *(f"winches.{c}.{s}" for c in machine.cables for s in ("coulomb", "viscous"))]
+    body = [f"platform.{s}" for s in ("mass", "cx", "cy", "cz")]
+    return made(machine, [rows, lengths], rng, m, free=[*machine.table.names, *body, *numbers], error=0.05)
+
+
 def sharing(rng):
     """Cables that share anchors on the frame and on the platform, not always with the same one."""
     m = 5
@@ -403,6 +461,10 @@ SCENARIOS = {
     "swivel/free poses": swivelling,
     "lengths/free poses, shared anchors": sharing,
     "load/free poses": weighed(False),
+    "winches/free poses, beside lengths": winding,
+    "sag/a rope": lambda rng: roped(rng, "sag"),
+    "elongation/a rope, a gauge with an offset": lambda rng: roped(rng, "elongation"),
+    "joint_torque/arm": burdened,
     "load/free poses, in a plane": weighed(True),
     "lengths/free poses, zeros of their own": set_anew,
     "lengths/free poses, a gain of all drums": drums(False),

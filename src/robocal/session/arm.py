@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar, Self
 
 from robocal._record import record, replace
 from robocal.arms.chain import Chain
-from robocal.arms.joint_loads import load_names, with_loads
+from robocal.arms.joint_loads import LOAD_SYMBOLS, load_names, with_loads
 from robocal.errors import FileError, FormatError
 from robocal.files.causes import data_remarks
 from robocal.files.dataset import Reading, read_datasets
@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from robocal.session.simulator import Request, Simulator
 
 __all__ = ["OpenedArm", "open_arm", "robot_files"]
+
+LOADS = tuple(f".{s}" for s in LOAD_SYMBOLS)
 
 
 @record
@@ -62,7 +64,8 @@ class OpenedArm(Opened[Chain]):
             remarks = data_remarks(
                 opened.file, reading, lambda chain: without_half_turns(chain, reading_for(chain))[0].dataset, watch
             )
-        return opened.inputs_of(reading, *undone, *remarks)
+        apart = () if opened is self else (Remark.of(Code.JOINT_LOADS_APART),)
+        return opened.inputs_of(reading, *undone, *remarks, *apart)
 
     def _with_loads(self, reading: Reading) -> Self:
         """The arm with masses and friction to be found, where torques of its joints were read. Raises FormatError for other joints."""
@@ -71,18 +74,16 @@ class OpenedArm(Opened[Chain]):
         for obs in torques:
             found = int(obs.extra["joint"].max()) + 1
             if found != n:
-                facts = {
-                    "key": "torque.columns",
-                    "found": found,
-                    "expected": f"{n}: {', '.join(self.file.chain.joint_names)}",
-                }
-                raise FormatError("wrong number of columns", file=obs.source, **facts)
+                expected = f"{n}: {', '.join(self.file.chain.joint_names)}"
+                raise FormatError(
+                    "wrong number of columns", file=obs.source, key="torque.columns", found=found, expected=expected
+                )
         if not torques:
             return self
         arm = with_loads(self.file.chain)
-        if len(torques) == len(reading.dataset.observations):  # of geometry they say nothing
-            arm = arm.with_table(arm.table.with_free(load_names(arm)))
-        return self.with_machine(arm)
+        alone = len(torques) == len(reading.dataset.observations)  # of geometry they say nothing
+        free = {*(() if alone else arm.table.free), *load_names(arm)}
+        return self.with_machine(arm.with_table(arm.table.with_free(free)))
 
     def simulator(self, request: Request) -> Simulator[Chain]:
         """An arm before an instrument."""
@@ -131,11 +132,19 @@ def _open_calibrated(folder: Path, run: Run | None, base: str | None, tip: str |
     base, tip = (given or (word if isinstance(word := said.get(key), str) else None)
                  for given, key in ((base, "base"), (tip, "tip")))  # fmt: skip
     arm = _add_warnings(open_robot(calibrated, base=base, tip=tip), run)
+    if run is not None and (loads := _loads_of(run)):
+        chain = with_loads(arm.chain)
+        arm = replace(arm, chain=chain.with_table(chain.table.with_free(arm.chain.table.free)).with_values(loads))
     if arm.format != "urdf":
-        return arm  # a robot.yaml holds everything that was fitted; a URDF does not
+        return arm  # a robot.yaml holds all geometry that was fitted; a URDF does not
     if run is None:
         return replace(arm, warnings=(*arm.warnings, Remark.of(Code.RESULT_MISSING, folder=str(folder))))
     return _with_result(arm, run)
+
+
+def _loads_of(run: Run) -> dict[str, float]:
+    """What a run found of masses and friction at joints, SI."""
+    return {p.name: p.identified for p in run.result.parameters if p.name.endswith(LOADS) and p.identified is not None}
 
 
 def _add_warnings(arm: Robot, run: Run | None) -> Robot:

@@ -57,6 +57,9 @@ class ParameterRemarks:
         "Move every joint through most of its range. Or fix the tool or the instrument's frame, if you know them.",
     )
     # --- what was written ---
+    JOINT_LOADS_APART = Phrase(
+        "masses and friction of joints are in result.json alone: files of robots have no place for them; the run folder is read with them"
+    )
     URDF_LACKS = Phrase(
         "calibrated.urdf cannot hold the fitted {names}: by itself it is not the identified robot; the run folder is",
         "Give the folder to validate, export or simulate.",

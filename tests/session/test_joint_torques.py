@@ -1,0 +1,117 @@
+"""Friction and gravity of an arm's joints from torques: what is found, how sure it is, and what is wrong with files."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from cli.runs import robocal
+
+from robocal.arms.joint_loads import gravity_columns, load_names, with_loads
+from robocal.geometry import se3
+from robocal.measure.base import synthesise
+from robocal.measure.data import Configurations, DataSet, Observations
+from robocal.prove.identify import identify
+from robocal.session.inputs import open_machine
+
+N, POSES, NOISE = 5, 60, 0.1
+
+
+@pytest.fixture(scope="module")
+def arm():
+    made = with_loads(open_machine("rv-2aj").machine)
+    return made.with_table(made.table.with_free(load_names(made)))
+
+
+def recorded(arm, seed):
+    rng = np.random.default_rng(seed)
+    true = {
+        n: abs(rng.normal()) * {"coulomb": 3.0, "viscous": 2.0, "mass": 5.0}.get(n.rpartition(".")[2], 0.5)
+        for n in load_names(arm)
+    }
+    q, speed = (
+        rng.uniform(-1.2, 1.2, (POSES, N)),
+        rng.choice([-1.0, 1.0], (POSES, N)) * rng.uniform(0.05, 0.5, (POSES, N)),
+    )
+    extra = {"joint": np.tile(np.arange(float(N)), POSES), "speed": speed.ravel()}
+    where, none = np.repeat(np.arange(POSES), N), np.zeros((POSES * N, 1))
+    obs = Observations("joint_torque", where, none, none + NOISE, extra=extra, group="drives")
+    data = synthesise(arm.with_values(true), DataSet(Configurations(tuple(map(str, range(POSES))), q), (obs,)), rng)
+    return true, data
+
+
+def test_gravity_is_the_slope_of_the_potential(arm):
+    q = np.random.default_rng(0).uniform(-1, 1, (3, N))
+    columns, g, mass, at = gravity_columns(arm, q), 9.80665, 2.0, np.array([0.1, -0.05, 0.2])
+
+    def potential(joints):
+        pose = arm.pose(joints)  # the tool is fixed to the last link
+        link = pose @ np.linalg.inv(tool)
+        return mass * g * (link[:, :3, :3] @ at + link[:, :3, 3])[:, 2]
+
+    tool = se3.from_vector(np.array([[arm.table[f"tool.{s}"].value for s in ("x", "y", "z", "rx", "ry", "rz")]]))[0]
+    for j in range(N):
+        step = np.zeros(N)
+        step[j] = 1e-6
+        slope = (potential(q + step) - potential(q - step)) / 2e-6
+        np.testing.assert_allclose(mass * (columns[:, j, -1] @ np.array([1.0, *at])), slope, atol=1e-6)
+
+
+def test_friction_is_found_as_surely_as_it_says_and_gravity_where_the_data_tell_it(arm):
+    inside = []
+    for seed in range(8):
+        true, data = recorded(arm, seed)
+        found = identify(arm, data)
+        assert found.verdict.status == "improved"
+        by = {p.name: p for p in found.parameters}
+        for j in arm.joint_names:
+            for s in ("coulomb", "viscous"):
+                p = by[f"{j}.{s}"]
+                assert p.status == "identified"
+                inside.append(p.interval[0] <= true[p.name] <= p.interval[1])
+        assert by[f"{arm.joint_names[0]}.mass"].status == "dropped"  # the axis is upright: no mass shows in its torque
+        assert found.stages[0].unit == "N m" and found.stages[0].held_out.rms < 1.5 * NOISE
+    assert np.mean(inside) > 0.85
+
+
+def write(folder, arm, columns=N, speed=True):
+    true, data = recorded(arm, 1)
+    obs, q = data.observations[0], np.degrees(data.configurations.joints)
+    names = arm.joint_names
+    parts = (("", q), ("speed.", np.degrees(obs.extra["speed"].reshape(-1, N))), ("torque.", obs.value.reshape(-1, N)))
+    heads = [p + n for p, _ in parts for n in names]
+    rows = np.column_stack([v for _, v in parts])
+    (folder / "run.csv").write_text(
+        ",".join(heads) + "\n" + "".join(",".join(f"{v:.6f}" for v in row) + "\n" for row in rows)
+    )
+    said = f"robocal: 1\nkind: joint_torque\nfile: run.csv\njoints: {{columns: [{', '.join(names)}], unit: deg}}\n"
+    said += f"torque: {{columns: [{', '.join('torque.' + n for n in names[:columns])}], unit: Nm, sigma: {NOISE}}}\n"
+    if speed:
+        said += f"speed: {{columns: [{', '.join('speed.' + n for n in names[:columns])}], unit: deg/s}}\n"
+    (folder / "torque.yaml").write_text(said)
+    return true, str(folder / "torque.yaml")
+
+
+def test_from_files_to_a_run_folder_and_back(tmp_path, arm):
+    true, data = write(tmp_path, arm)
+    ran = robocal("identify", "rv-2aj", data, "-o", str(tmp_path / "out"))
+    assert ran.status == 0, ran.out + ran.err
+    told = {p["name"]: p for p in json.loads((tmp_path / "out" / "result.json").read_text())["parameters"]}
+    assert told["j2.coulomb"]["identified"] == pytest.approx(true["j2.coulomb"], abs=0.1)
+    again = open_machine(str(tmp_path / "out")).machine
+    assert again.table["j2.coulomb"].value == pytest.approx(told["j2.coulomb"]["identified"])
+    assert not {n for n in again.table.free if n.endswith("coulomb")}
+
+
+def test_without_speeds_friction_is_not_told(tmp_path, arm):
+    _, data = write(tmp_path, arm, speed=False)
+    ran = robocal("identify", "rv-2aj", data, "--json")
+    told = {p["name"]: p["status"] for p in json.loads(ran.out)["parameters"]}
+    assert told["j2.coulomb"] == "dropped" and "Traceback" not in ran.err
+
+
+def test_torques_of_other_joints_are_refused(tmp_path, arm):
+    _, data = write(tmp_path, arm, columns=4)
+    ran = robocal("identify", "rv-2aj", data)
+    assert ran.status == 2 and "torque.columns" in ran.err and "5: j1" in ran.err
