@@ -35,7 +35,7 @@ def identify(
     Lead the motor slowly with a proportional position loop: 3 deg/s, two turns, in both directions, without a load. Log time, angle, and
     the current or torque that the drive asks.
 
-    logs: data.yaml of a log, or a CSV whose headers carry units; the slowest are fitted, the others held back.
+    logs: data.yaml of a log, or a CSV whose headers carry units; the slowest are fitted, the others compared.
     columns: Columns of a CSV, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag.
     orders: At most so many orders, 1 to 100.
     phases: One lag for both directions, or phases of their own; auto: what held-out arcs prefer.

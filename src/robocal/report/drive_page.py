@@ -100,20 +100,16 @@ def drive_pictures(found: Any) -> Iterator[Section]:
     )
     yield Section.of("The sweep, both directions", Figure(svg, told), key="figure-sweep")
     period = _period(found)
+    bins = max(12, min(360, round(CELLS * period / 360)))
     each = []
     for d in seen:
         angle, effort = raw[d]
-        effort = effort - np.nanmean(effort)
-        fold = np.mod(angle, period)
-        order = np.argsort(fold, kind="stable")
-        cells = np.floor(fold[order] / period * 360).astype(np.int64)
-        known = np.isfinite(effort[order])
-        count = np.bincount(cells[known], minlength=360)
+        known = np.isfinite(effort)
+        cell = np.floor(np.mod(angle[known], period) / period * bins).astype(np.int64) % bins
+        count = np.bincount(cell, minlength=bins)
         with np.errstate(invalid="ignore", divide="ignore"):
-            mean = np.bincount(cells[known], effort[order][known], 360) / count
-        each.append(
-            AngleCurve((np.arange(360) + 0.5) * period / 360, np.where(count[:360] > 0, mean[:360], np.nan), classes[d])
-        )
+            mean = np.bincount(cell, effort[known] - np.mean(effort[known]), bins) / count
+        each.append(AngleCurve((np.arange(bins) + 0.5) * period / bins, np.where(count > 0, mean, np.nan), classes[d]))
     told = f"Without its mean, over one period of {significant(period, 4)} deg: the mean of all of them. The shift is the lag."
     svg = draw_curves(each, "angle in the period [deg]", up, title="One period", text=told, key="period")
     yield Section.of("Both directions over one period", Figure(svg, told), key="figure-period")

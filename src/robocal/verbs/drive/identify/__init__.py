@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["Options", "details", "run", "sections"]
 
 LOGS = Arg(
-    "LOG...", "data.yaml of a log, or a CSV whose headers carry units; the slowest are fitted, the others held back"
+    "LOG...", "data.yaml of a log, or a CSV whose headers carry units; the slowest are fitted, the others compared"
 )
 
 
