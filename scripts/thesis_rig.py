@@ -202,7 +202,7 @@ def numbers(values, digits=6):
     return "[" + ", ".join(f"{v:.{digits}f}" for v in values) + "]"
 
 
-def write(said, folder, rig, rng, camera, case, images=False, through=True):
+def write(said, folder, rig, rng, camera, case, images=False, through=False):
     """The files that a user has."""
     folder.mkdir(parents=True, exist_ok=True)
     many = said["poses"]["calibration"]
@@ -408,7 +408,7 @@ def write_lens(rig, folder, resolution):
     return folder / "lens.yaml"
 
 
-def photograph(rig, rng, folder, camera, through=True):
+def photograph(rig, rng, folder, camera, through=False):
     """Draws the images, finds their corners, `through` the calibrated lens, and puts these in the place of pixels.csv."""
     import cv2
 
@@ -496,7 +496,7 @@ def verify(folder, rig, said, known=None, run="run"):
 
 def name_of(given):
     """Of what is run, as results are filed."""
-    return given.case + "-images" * given.images + "-blind" * (given.images and given.without_lens)
+    return given.case + "-images" * given.images + "-lens" * (given.images and given.through_lens)
 
 
 def one(given, said, seed):
@@ -504,7 +504,7 @@ def one(given, said, seed):
     case = name_of(given)
     folder = given.folder / (given.case + "-images" * given.images) / str(seed)
     rig, rng, camera = draw(said, seed, given.case)
-    write(said, folder, rig, rng, camera, given.case, given.images, not given.without_lens)
+    write(said, folder, rig, rng, camera, given.case, given.images, given.through_lens)
     if given.draw:
         return None
     began = time.process_time()
