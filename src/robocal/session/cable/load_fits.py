@@ -32,22 +32,22 @@ class LoadFit:
     """One fit to loads: `what` it is, the rope that was found, and by how much it misses loads that it had not seen."""
 
     what: str
-    made: Decision[Rope]
+    decision: Decision[Rope]
 
     @property
     def rope(self) -> Rope:
         """The rope with what was found."""
-        return self.made.corrected
+        return self.decision.corrected
 
     @cached_property
     def parameters(self) -> tuple[ParameterResult, ...]:
         """Its numbers with their intervals, those of gauges last."""
-        return tuple(p for p in parameter_results(self.made) if p.status != "fixed")
+        return tuple(p for p in parameter_results(self.decision) if p.status != "fixed")
 
     @cached_property
     def verdict(self) -> Verdict:
         """Whether it is better than what the robot's file says."""
-        return verdict_of(self.made)
+        return verdict_of(self.decision)
 
     @property
     def refused(self) -> bool:
@@ -57,7 +57,7 @@ class LoadFit:
     @cached_property
     def unseen(self) -> Statistic | None:
         """Errors on loads that it had not seen, m."""
-        both = self.made.unseen("m")
+        both = self.decision.unseen("m")
         return None if both is None else both[1]
 
     @property
@@ -68,9 +68,9 @@ class LoadFit:
     @cached_property
     def predicted(self) -> Array:
         """What every load should have read, (k,) m, in the order of the rows."""
-        data, fit = self.made.need_data, self.made.need_fit
+        data, fit = self.decision.need_data, self.decision.need_fit
         every = (
-            predict_rows(self.made.model, data, obs, fit.problem.table, fit.solution.x)[:, 0]
+            predict_rows(self.decision.model, data, obs, fit.problem.table, fit.solution.x)[:, 0]
             for obs in data.observations
         )
         return np.concatenate(list(every))
@@ -78,12 +78,12 @@ class LoadFit:
     @cached_property
     def tension(self) -> Array:
         """The loads (k,) in N."""
-        return np.concatenate([obs.extra["tension"] for obs in self.made.need_data.observations])
+        return np.concatenate([obs.extra["tension"] for obs in self.decision.need_data.observations])
 
     @cached_property
     def measured(self) -> Array:
         """What was read, (k,) in m."""
-        return np.concatenate([obs.value[:, 0] for obs in self.made.need_data.observations])
+        return np.concatenate([obs.value[:, 0] for obs in self.decision.need_data.observations])
 
     @property
     def stiffens(self) -> bool:
@@ -93,7 +93,7 @@ class LoadFit:
 
     def strain_half(self, tension: Array) -> Array:
         """Half of the 95 % interval of the strain at tensions (k,) in N."""
-        names, covariance = self.made.spread
+        names, covariance = self.decision.spread
         e, p = (np.array(self.rope.table[n].value) for n in (ELASTICITY, EXPONENT))
         by_e, by_p = strain_slopes(np.asarray(tension, float), e, p, self.rope.reference)
         slope = np.stack([by_e if n == ELASTICITY else by_p if n == EXPONENT else 0 * by_e for n in names], axis=-1)

@@ -185,7 +185,7 @@ class Straightness(CableResult):
         ))  # fmt: skip
 
     @cached_property
-    def found(self) -> Listing | None:
+    def numbers(self) -> Listing | None:
         """The numbers that loads tell, a row for each, with 95 % intervals and errors on loads that the fit had not seen."""
         if self.loads is None:
             return None
@@ -208,7 +208,7 @@ class Straightness(CableResult):
         told: list[tuple[Any, ...]] = []
         one, other = self.loads.constant, self.loads.curve
         if (w := self.loads.weight) is not None:
-            spans = np.concatenate([o.extra["span"] for o in w.made.need_data.observations])
+            spans = np.concatenate([o.extra["span"] for o in w.decision.need_data.observations])
             longer = level_excess(spans, w.tension, float(self.weight.max()))
             told += [
                 ("sag", t, y, p, None, e) for t, y, p, e in zip(w.tension, w.measured, w.predicted, longer, strict=True)
@@ -241,7 +241,7 @@ class Straightness(CableResult):
         return self.document_of(
             StraightnessDocument, wanted=UnitValue(self.wanted, "m"), weight=UnitValue(float(self.weight.max()), "N/m"),
             elasticity=UnitValue(float(self.ropes[0].strain(self.middle)) / self.middle, "1/N"), errors=self.errors,
-            needed={k: unit_value(v, "N") for k, v in self.needed.items()}, level=self.level, loads=self.found, measured=self.measured,
+            needed={k: unit_value(v, "N") for k, v in self.needed.items()}, level=self.level, loads=self.numbers, measured=self.measured,
         )  # fmt: skip
 
     @property

@@ -37,8 +37,10 @@ def straightness_sections(made: Straightness, written: tuple[Path, ...]) -> Iter
     yield Section.of("", *map(Text.of, _needed(made)))
     span = figure(1e3 * made.length)
     yield Section.of("", listing_table(_shown(made.level), title=f"A level cable of {span} mm"))
-    if made.found is not None:
-        yield Section.of("", table(*HEADS, right=(2, 3, 4, 5, 6), rows=_found(made.found), title="What the loads say"))
+    if made.numbers is not None:
+        yield Section.of(
+            "", table(*HEADS, right=(2, 3, 4, 5, 6), rows=_found(made.numbers), title="What the loads say")
+        )
     if made.measured is not None:
         yield Section.of("", listing_table(_shown(made.measured), title="Loads"))
     yield from ends(made.remarks, written)
