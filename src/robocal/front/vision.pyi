@@ -88,7 +88,7 @@ def detect(
     charuco: A ChArUco board of so many squares.
     size: Edge of a marker's black square, as measured on the print [mm], above 0.
     square: Edge of a square of a board, as measured on the print [mm], above 0.
-    lens: The lens, where it is known: corners are found through it, and told more surely.
+    lens: The lens, where it is known: corners are searched through it, with smaller standard deviations.
     search: What looks for markers; the AprilTag library needs pip install 'robocal[apriltag]': opencv, apriltag.
     every: Of a video, take one frame in so many, 1 or more.
     output: Write the list here, and a document and a page beside it.

@@ -64,8 +64,8 @@ def chain_of(camera: Array, target: Array, inhand: bool) -> tuple[Array, Array]:
     return (se3.inverse(camera), target) if inhand else (camera, target)
 
 
-def find_errors(made: Decision[Rig], flange: Array, inhand: bool, distance: float = np.inf) -> HandEyeErrors:
-    """Of views that were left out one by one, or else of those that were held out; the target is at a `distance` (m) in most views."""
+def find_errors(made: Decision[Rig], flange: Array, inhand: bool, target_distance: float = np.inf) -> HandEyeErrors:
+    """Of views that were left out one by one, or else of those that were held out; the target is at a `target_distance` (m) in most views."""
     proofs, obs = made.proven.proofs, made.need_data.observations[0]
     name = next((n for n in ("leave_one_out", "k_fold", "held_out") if n in proofs), None)
     target, middle = middle_of(made)
@@ -85,7 +85,7 @@ def find_errors(made: Decision[Rig], flange: Array, inhand: bool, distance: floa
         corners[np.bincount(where[told], minlength=len(flange)) == 0] = np.nan
     each = _at_target(made, proof, flange, target, middle, inhand)
     left = Statistic.of(each[np.isfinite(each)])
-    if left is not None and not left.rms <= distance:
+    if left is not None and not left.rms <= target_distance:
         none = np.full(len(flange), np.nan)
         return HandEyeErrors(none, none, None, None, None, proof.split.how, normal, lost=True)
     return HandEyeErrors(each, corners, left, pixels, axes, proof.split.how, normal)

@@ -58,7 +58,7 @@ class Options(BaseOptions):
         None, "Edge of a square of a board, as measured on the print", "MM", unit="mm", above=0
     )
     lens: Path | None = option(
-        None, "The lens, where it is known: corners are found through it, and told more surely", "FILE"
+        None, "The lens, where it is known: corners are searched through it, with smaller standard deviations", "FILE"
     )
     search: str = option(
         "opencv",
