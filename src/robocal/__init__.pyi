@@ -8,8 +8,8 @@ from robocal.errors import Cancelled as Cancelled
 from robocal.errors import InputError as InputError
 from robocal.files.cable.caspr import Caspr as _import_model_Caspr
 from robocal.front import cable as cable
-from robocal.front import vision as camera
 from robocal.front import drive as drive
+from robocal.front import vision as camera
 from robocal.front.arrays import Arm as Arm
 from robocal.front.arrays import Measurements as Measurements
 from robocal.front.arrays import measurements as measurements
