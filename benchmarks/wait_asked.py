@@ -38,6 +38,10 @@ def memory(row: str, most: float) -> Line:
     return Line(f"{row}: memory", most, "MB", lambda rows: rows[row]["peak_MB"])
 
 
+def seconds(row: str, most: float) -> Line:
+    return Line(f"{row}: CPU time", most, "s", lambda rows: rows[row]["cpu_s"])
+
+
 def over(row: str, base: str, most: float) -> Line:
     """One row over another one of this state."""
     return Line(f"{row}, over: {base}", most, "", lambda rows: rows[row]["cpu_s"] / rows[base]["cpu_s"])
@@ -63,6 +67,8 @@ LINES = (
     ratio("identify --groups, example of the UR10", most=0.6),
     ratio("identify, 9 500 corners of four cameras", most=0.12),
     ratio("check, 1 000 corners of a cable robot", most=0.15),
+    seconds("identify, 10 000 corners, arm and map", 10.0),
+    seconds("identify, 10 000 corners, cables and map", 10.0),
     ratio("check, 100 000 rows", most=0.1),
     memory("check, 100 000 rows", 1500.0),
     memory("verify -o, 100 000 poses", 200.0),
