@@ -16,7 +16,7 @@ from robocal._version import __version__ as __version__
 ARRAYS = ("Arm", "Measurements", "measurements", "robot", "table")
 FOUND = ("Found", "Identified")
 ERRORS = ("Cancelled", "InputError")
-GROUPS = {"cable": "cable", "camera": "vision", "drive": "drive"}  # verbs under one word, and that of the command line
+GROUPS = {"cable": "cable", "drive": "drive", "camera": "vision"}  # verbs under one word, and that of the command line
 TERMINAL = ("demo", "report")  # verbs that are no functions: they only write files for people
 
 

@@ -65,7 +65,7 @@ def chain_of(camera: Array, target: Array, inhand: bool) -> tuple[Array, Array]:
 
 
 def find_errors(made: Decision[Rig], flange: Array, inhand: bool, target_distance: float = np.inf) -> HandEyeErrors:
-    """Of views that were left out one by one, or else of those that were held out; the target is at a `target_distance` (m) in most views."""
+    """Of views that were left out one by one, or else of held-out ones; the target is at a `target_distance` (m) in most views."""
     proofs, obs = made.proven.proofs, made.need_data.observations[0]
     name = next((n for n in ("leave_one_out", "k_fold", "held_out") if n in proofs), None)
     target, middle = middle_of(made)
