@@ -47,6 +47,7 @@ from robocal.session.vision.hand_eye_exchanged import find_exchanged
 from robocal.session.vision.hand_eye_frames import PlacedFrame, frames_listing, place_frames
 from robocal.session.vision.hand_eye_readings import PoseReading, doubt_poses, read_otherwise
 from robocal.session.vision.hand_eye_remarks import restate
+from robocal.session.vision.hand_eye_rig import contradict_rig
 from robocal.session.vision.hand_eye_size import contradict_size
 from robocal.session.vision.hand_eye_unknowns import find_lateness, locate_unknowns
 from robocal.session.watching import computable
@@ -314,6 +315,8 @@ def _judge(
     exchanged = list(find_exchanged(opened))
     if exchanged and verdict.status != "located":
         return Verdict("refused", tuple(exchanged)), said
+    if opened.rig is not None and (apart := tuple(contradict_rig(opened.data, middle_of(made)[1], errors.normal))):
+        verdict = verdict.instead("refused", *apart)
     if moves := find_moves(opened, made):
         verdict = verdict.instead("refused", *moves)
     left = errors.left_out
