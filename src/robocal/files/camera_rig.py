@@ -72,7 +72,9 @@ def read_camera_rig(path: Path, taken: tuple[str, ...] = ()) -> CameraRig:
     kind = document.data.get("kind")
     document.insist(kind == "camera-rig", "these are no cameras", ("kind",), found=kind, expected="kind: camera-rig")
     given = validate(CameraRigModel, document)
-    document.insist(given.cameras, "a rig without a further camera", ("cameras",), expected="one at least: right: {...}")
+    document.insist(
+        given.cameras, "a rig without a further camera", ("cameras",), expected="one at least: right: {...}"
+    )
     units = read_units(given.units, document)
     out = []
     for name, one in given.cameras.items():
@@ -86,7 +88,10 @@ def read_camera_rig(path: Path, taken: tuple[str, ...] = ()) -> CameraRig:
             document.insist(all(free), "a prior around a place that is fixed", (*at, "free"), expected="prior alone")
             prior = (*[units.length.to_si(one.prior.length)] * 3, *[units.angle.to_si(one.prior.angle)] * 3)
         document.insist(
-            one.given or all(free), "a camera that is held where nobody states", (*at, "free"), expected="xyz, or free: true"
+            one.given or all(free),
+            "a camera that is held where nobody states",
+            (*at, "free"),
+            expected="xyz, or free: true",
         )
         frame = Frame(name, frame_vector(one, units), free, "tool", PLACE, one.given, prior)
         folder = source.path.parent

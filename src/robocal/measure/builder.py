@@ -183,7 +183,9 @@ def offset_of(obs: Observations) -> Frame | None:
     if offset is None:
         return None
     if not isinstance(offset, Frame) or obs.frame is None or obs.frame.mount != "tool":
-        raise ModelError("an offset without a frame on the tool", key=obs.label, expected="a frame that the tool carries")
+        raise ModelError(
+            "an offset without a frame on the tool", key=obs.label, expected="a frame that the tool carries"
+        )
     return offset
 
 

@@ -22,13 +22,13 @@ from robocal.measure.pixels import HALF_TURNS
 from robocal.progress import Watch
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
+from robocal.session.vision.corner_table import CAMERA
 from robocal.session.vision.hand_eye_joints import read_joint_poses
 from robocal.session.vision.hand_eye_pair import Pairs, pair_views, some_names
 from robocal.session.vision.hand_eye_rig import RigViews, join_rig, mount_rig, open_rig
 from robocal.session.vision.hand_eye_unknowns import HandEyeUnknowns, path_of, restate, start_unknowns
 from robocal.session.vision.hand_eye_views import HandEyeViews, read_views
 from robocal.session.vision.pose_pairs import tell_flips
-from robocal.session.vision.corner_table import CAMERA
 from robocal.vision.lenses import Lens
 
 __all__ = ["BOARD", "EYE", "HandEyeData", "open_hand_eye"]

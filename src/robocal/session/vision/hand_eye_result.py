@@ -306,6 +306,7 @@ def _judge(
     explained = [
         *doubts,
         *([] if still is None else [still]),
+        *([] if opened.rig is None else contradict_rig(opened.data, middle_of(made)[1], errors.normal)),
         *find_mirrored(opened, made),
         *(restate(r, opened, errors) for r in given.reasons if r.code in OF_VIEWS),
     ]
@@ -315,8 +316,6 @@ def _judge(
     exchanged = list(find_exchanged(opened))
     if exchanged and verdict.status != "located":
         return Verdict("refused", tuple(exchanged)), said
-    if opened.rig is not None and (apart := tuple(contradict_rig(opened.data, middle_of(made)[1], errors.normal))):
-        verdict = verdict.instead("refused", *apart)
     if moves := find_moves(opened, made):
         verdict = verdict.instead("refused", *moves)
     left = errors.left_out

@@ -8,6 +8,7 @@ T2 = n e^T S^-1 e, where (n - 6) / (6 (n - 1)) T2 is F(6, n - 6), S with the pri
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from typing import Any
 
@@ -61,10 +62,20 @@ def open_rig(o: Any, robot: RobotPoses, first: Observations, taken: tuple[str, .
         )  # fmt: skip
     if o.pair == "time" or first.kind != "pixels":
         found = "--pair time" if o.pair == "time" else "poses of a target"
-        raise ModelError("cameras of a rig are read from corners of stops", key="--rig", found=found, expected="corners")
+        raise ModelError(
+            "cameras of a rig are read from corners of stops", key="--rig", found=found, expected="corners"
+        )
     rig = read_camera_rig(o.rig, taken)
-    lenses, rows, pairs, names, files, said = [], [], [], [], [rig.file], []
+    lenses, rows, pairs, names, files = [], [], [], [], [rig.file]
+    said: list[Any] = []
+    owners = {os.path.realpath(o.lens): "the first camera", os.path.realpath(o.corners): "the first camera"}
     for camera in rig.cameras:
+        for key, file in (("corners", camera.corners), ("lens", camera.lens)):
+            owner = owners.setdefault(os.path.realpath(file), camera.frame.name)
+            if owner != camera.frame.name:
+                message = f"{owner} and {camera.frame.name} have one file of {'a lens' if key == 'lens' else key}"
+                expected = "a file of its own for each camera: what one lens is known to says nothing of another"
+                raise ModelError(message, key=f"cameras.{camera.frame.name}.{key}", found=file.name, expected=expected)
         table = read_corners(
             camera.corners, size=o.size, square=o.square, checker=o.checker, sheet=o.sheet, image=None if _known(camera) else o.image,
             exclude=(),
@@ -73,7 +84,9 @@ def open_rig(o: Any, robot: RobotPoses, first: Observations, taken: tuple[str, .
         lens = read.lens
         if lens.size is not None and lens.size != table.size:
             found, expected = "{} x {}".format(*lens.size), "{} x {} px, as the corners".format(*table.size)
-            raise ModelError(f"{camera.frame.name}: a lens of images of another size", key="--rig", found=found, expected=expected)
+            raise ModelError(
+                f"{camera.frame.name}: a lens of images of another size", key="--rig", found=found, expected=expected
+            )
         obs = table.pixels
         options = {**obs.options, "camera": camera.frame.name, "intrinsics": lens.numbers, "free": lens.known}
         if lens.known:
@@ -103,10 +116,10 @@ def join_rig(rig: RigViews, data: DataSet, pairs: Pairs) -> tuple[DataSet, Pairs
     """The data of the first camera with the rows of the others: one configuration for each pose of the robot. Raises ModelError where
     nothing says where a camera is."""
     poses = np.unique(np.concatenate([pairs.pose, *(p.pose for p in rig.pairs)]))
-    names = {}
-    for own, some in zip((data.configurations.ids, *rig.names), (None, *rig.pairs), strict=True):
-        where = pairs.pose if some is None else some.pose
-        each = own if some is None else [own[i] for i in some.view.tolist()]
+    names: dict[int, str] = {}
+    seen = [(pairs.pose, data.configurations.ids)]
+    seen += [(p.pose, tuple(own[i] for i in p.view.tolist())) for own, p in zip(rig.names, rig.pairs, strict=True)]
+    for where, each in seen:
         for pose, name in zip(where.tolist(), each, strict=True):
             names.setdefault(pose, name)
     at = np.searchsorted(poses, pairs.pose)
@@ -121,10 +134,11 @@ def join_rig(rig: RigViews, data: DataSet, pairs: Pairs) -> tuple[DataSet, Pairs
     whole = Configurations(tuple(names[p] for p in poses.tolist()))
     alone = tuple(dict.fromkeys(v for p in (pairs, *rig.pairs) for v in p.views_alone))
     rest = set(pairs.poses_alone).intersection(*(p.poses_alone for p in rig.pairs))
+    beside = some_names([c.frame.name for c in rig.cameras])
+    left = tuple(p for p in pairs.poses_alone if p in rest)
     both = Pairs(
-        np.arange(len(poses)), poses, pairs.method, f"{pairs.description}, with {len(rig.rows)} further cameras", alone,
-        tuple(p for p in pairs.poses_alone if p in rest),
-    )  # fmt: skip
+        np.arange(len(poses)), poses, pairs.method, f"{pairs.description}, beside views of {beside}", alone, left
+    )
     return DataSet(whole, tuple(rows)), both
 
 
@@ -144,9 +158,7 @@ def mount_rig(rig: RigViews, data: DataSet) -> DataSet:
                 )  # fmt: skip
             offset = replace(offset, value=tuple(se3.to_vector(_middle(one @ se3.inverse(two))[None])[0].tolist()))
         targets = [next((t for t in first.targets if t.name == mine.name), mine) for mine in obs.targets]
-        rows.append(
-            replace(obs, frame=first.frame, targets=tuple(targets), options={**obs.options, OFFSET: offset})
-        )
+        rows.append(replace(obs, frame=first.frame, targets=tuple(targets), options={**obs.options, OFFSET: offset}))
     return replace(data, observations=tuple(rows))
 
 
@@ -163,9 +175,12 @@ def _both(first: Observations, other: Observations) -> tuple[Array, Array]:
 
 def _of_one(first: Observations, other: Observations) -> tuple[Observations, Observations]:
     """The rows of the target that both show most."""
-    counts = [np.bincount(o.target, minlength=len(o.targets)) if o.target is not None else np.ones(1) for o in (first, other)]
+    counts = [
+        np.bincount(o.target, minlength=len(o.targets)) if o.target is not None else np.ones(1) for o in (first, other)
+    ]
     shares = [
-        {t.name: n for t, n in zip(o.targets, c.tolist(), strict=True)} for o, c in zip((first, other), counts, strict=True)
+        {t.name: n for t, n in zip(o.targets, c.tolist(), strict=True)}
+        for o, c in zip((first, other), counts, strict=True)
     ]
     name = max(shares[0], key=lambda n: min(shares[0][n], shares[1].get(n, 0)))
     out = []

@@ -52,7 +52,9 @@ class Options(BaseOptions):
         None, "The lens of the images: lens.yaml, or a file of OpenCV, ROS, Kalibr or a depth camera", "FILE"
     )
     rig: Path | None = option(
-        None, "Cameras that are bolted to the one in the hand: a YAML file with the corners, lens and place of each", "FILE"
+        None,
+        "Cameras that are bolted to the one in the hand: a YAML file with the corners, lens and place of each",
+        "FILE",
     )
     free_lens: bool = option(
         False,
