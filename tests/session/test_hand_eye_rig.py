@@ -170,3 +170,16 @@ def test_mistakes_of_a_rig_are_named(tmp_path):
     (tmp_path / "right.csv").unlink()
     ran = robocal("vision", "hand-eye", *words, "--rig", rig_file(tmp_path, stated(BOLT)))
     assert ran.status == 2 and "right.csv" in ran.err
+
+
+def test_few_views_of_one_moment_check_a_rig_too(tmp_path):
+    """Three name one that is 30 mm off; two check nothing and are refused."""
+    _, words, _ = cell(tmp_path)
+    lines = (tmp_path / "right.csv").read_text().splitlines()
+    for many in (3, 2):
+        kept = [li for li in lines[1:] if int(li.partition(",")[0][1:]) <= many]
+        (tmp_path / "right.csv").write_text("\n".join([lines[0], *kept]) + "\n")
+        rig = rig_file(tmp_path, stated(BOLT @ rigid([0, 0, 0], [0.03, 0, 0])))
+        ran = robocal("vision", "hand-eye", *words, "--rig", rig, "--json")
+        assert (ran.status, "rig-contradicted" in ran.out) == (3, True) if many == 3 else ran.status == 2, ran.err
+    assert "nothing checks where right is" in ran.err

@@ -149,13 +149,15 @@ def mount_rig(rig: RigViews, data: DataSet) -> DataSet:
     rows = [first]
     for camera, obs in zip(rig.cameras, others, strict=True):
         offset = camera.frame
+        one, two = _both(first, obs)
+        guess = camera.stated and all(offset.free) and offset.prior is None
+        if len(one) < FEWEST and not guess:
+            what = "checks" if camera.stated else "says"
+            raise ModelError(
+                f"nothing {what} where {offset.name} is", key="--rig", found=f"{len(one)} views of moments that both cameras have",
+                expected=f"{FEWEST} of them at least, or xyz of a first guess beside free: true",
+            )  # fmt: skip
         if not camera.stated:
-            one, two = _both(first, obs)
-            if len(one) < FEWEST:
-                raise ModelError(
-                    f"nothing says where {offset.name} is", key="--rig", found=f"{len(one)} views of moments that both cameras have",
-                    expected=f"{FEWEST} of them, or xyz of a first guess beside free: true",
-                )  # fmt: skip
             offset = replace(offset, value=tuple(se3.to_vector(_middle(one @ se3.inverse(two))[None])[0].tolist()))
         targets = [next((t for t in first.targets if t.name == mine.name), mine) for mine in obs.targets]
         rows.append(replace(obs, frame=first.frame, targets=tuple(targets), options={**obs.options, OFFSET: offset}))
@@ -208,7 +210,7 @@ def contradict_rig(data: DataSet, middle: Array, normal: float) -> Iterator[Rema
         one, two = _both(first, obs)
         there = se3.from_vector(np.array([offset.value]))[0] @ two
         n, q = len(one), 6
-        if n <= q:
+        if n < FEWEST:
             continue
         shift = (there[:, :3, :3] - one[:, :3, :3]) @ middle + there[:, :3, 3] - one[:, :3, 3]
         turn = so3.log(there[:, :3, :3] @ np.swapaxes(one[:, :3, :3], 1, 2))
@@ -216,9 +218,14 @@ def contradict_rig(data: DataSet, middle: Array, normal: float) -> Iterator[Rema
         mean, spread = off.mean(axis=0), np.cov(off.T) / n
         if offset.prior is not None:
             spread = spread + _prior_there(offset.prior, one, middle)
-        square = float(mean @ np.linalg.solve(spread, mean)) * (n - q) / (q * (n - 1))
         far = float(np.linalg.norm(mean[:3]))
-        if scipy.special.fdtrc(q, n - q, square) < RIG_CHANCE and far > LENS_MATERIAL * normal:
+        if n > q:
+            square = float(mean @ np.linalg.solve(spread, mean)) * (n - q) / (q * (n - 1))
+            chance = float(scipy.special.fdtrc(q, n - q, square))
+        else:  # too few for correlations: places alone, alike in all directions
+            own = float(np.trace(spread[:3, :3])) / 3
+            chance = float(scipy.special.fdtrc(3, 3 * (n - 1), far**2 / (3 * own)))
+        if chance < RIG_CHANCE and far > LENS_MATERIAL * normal:
             yield Remark.of(
                 Code.RIG_CONTRADICTED, camera=offset.name, shift=Quantity(far),
                 turn=Quantity(float(np.linalg.norm(mean[3:])), "rad"), count=n,
