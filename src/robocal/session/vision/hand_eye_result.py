@@ -57,9 +57,8 @@ __all__ = ["CORNERS", "FILES", "HandEyeCalibration", "HandEyeDocument", "find_ha
 
 FILES = ("hand_eye.json", "hand_eye.yaml", "hand_eye.urdf", "static_transform.sh", "lens.yaml", "hand_eye.html")
 CORNERS = ("corners.csv", "corners.json")  # of images
-TO_ADD = 3  # poses that are always told
+TO_ADD, READINGS = 3, 4  # grid: poses, and readings of the robot's poses, that are told
 LEAST = 0.1  # grid: of the usual errors of a robot
-READINGS = 4  # grid: of the robot's poses, that are told
 # Checks that ask for what this verb tells by itself, or that mean nothing of frames alone.
 SILENT = ("coverage", "place", "few-numbers")
 HARDLY_TURNS = {LITTLE_TURN, ONE_AXIS}  # with them nothing tells a size
@@ -242,8 +241,7 @@ class HandEyeCalibration(VerdictResult):
             "hand_eye.json": json_text(self.document), "hand_eye.yaml": easy_handeye_text(camera, self.opened.inhand),
             "hand_eye.urdf": urdf_joint_text(camera), "static_transform.sh": static_transform_text(camera),
         }  # fmt: skip
-        found = self.opened.source.detected
-        if found is not None and CORNERS[0] in self.files:
+        if (found := self.opened.source.detected) is not None and CORNERS[0] in self.files:
             made |= {CORNERS[0]: listing_text(found.listing), CORNERS[1]: json_text(found.document)}
         return made | ({"lens.yaml": lens_text(lens)} if "lens.yaml" in self.files and lens is not None else {})
 
