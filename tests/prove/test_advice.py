@@ -134,6 +134,7 @@ OTHER |= dict.fromkeys(
     "target-size-contradicted".split(),
     "cli/test_hand_eye_advice.py",
 )
+OTHER |= {"rig-contradicted": "session/test_hand_eye_rig.py"}
 OTHER |= dict.fromkeys(
     "image-turned video-ends-early image-sizes-differ no-target-found no-marker-in-view one-marker-in-view other-dictionary dictionary-found "
     "dictionary-unsure board-found size-not-stated two-of-one-number mirrored-image markers-apart markers-at-border image-overexposed "

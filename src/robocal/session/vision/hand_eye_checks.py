@@ -137,7 +137,7 @@ def find_moves(opened: HandEyeData, made: Decision[Rig]) -> list[Remark]:
 
 def find_turned(opened: HandEyeData, made: Decision[Rig]) -> Remark | None:
     """A few views that are labelled from the other end of the board: gross as they are, they fit with half a turn."""
-    (obs,) = made.need_data.observations
+    obs = made.need_data.observations[0]
     if obs.kind != "pixels" or half_turn(obs) is None:
         return None
     asked = replace(obs, options={**obs.options, HALF_TURNS: True})
@@ -187,7 +187,7 @@ def find_mirrored(opened: HandEyeData, made: Decision[Rig]) -> Iterator[Remark]:
     """A lens that is found beside the robot meets mirrored images with a focal length below 0."""
     if opened.lens is None or made.values.get(f"{CAMERA}.fx", 1.0) * made.values.get(f"{CAMERA}.fy", 1.0) > 0:
         return
-    (obs,) = made.need_data.observations
+    obs = made.need_data.observations[0]
     problem = build(made.model, made.need_data, values=made.values)
     off = problem.residuals(problem.start)[0].value
     left = Quantity(float(np.median(np.linalg.norm(off, axis=-1))), "px")

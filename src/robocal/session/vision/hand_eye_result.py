@@ -47,6 +47,7 @@ from robocal.session.vision.hand_eye_exchanged import find_exchanged
 from robocal.session.vision.hand_eye_frames import PlacedFrame, frames_listing, place_frames
 from robocal.session.vision.hand_eye_readings import PoseReading, doubt_poses, read_otherwise
 from robocal.session.vision.hand_eye_remarks import restate
+from robocal.session.vision.hand_eye_rig import contradict_rig
 from robocal.session.vision.hand_eye_size import contradict_size
 from robocal.session.vision.hand_eye_unknowns import find_lateness, locate_unknowns
 from robocal.session.watching import computable
@@ -56,9 +57,8 @@ __all__ = ["CORNERS", "FILES", "HandEyeCalibration", "HandEyeDocument", "find_ha
 
 FILES = ("hand_eye.json", "hand_eye.yaml", "hand_eye.urdf", "static_transform.sh", "lens.yaml", "hand_eye.html")
 CORNERS = ("corners.csv", "corners.json")  # of images
-TO_ADD = 3  # poses that are always told
+TO_ADD, READINGS = 3, 4  # grid: poses, and readings of the robot's poses, that are told
 LEAST = 0.1  # grid: of the usual errors of a robot
-READINGS = 4  # grid: of the robot's poses, that are told
 # Checks that ask for what this verb tells by itself, or that mean nothing of frames alone.
 SILENT = ("coverage", "place", "few-numbers")
 HARDLY_TURNS = {LITTLE_TURN, ONE_AXIS}  # with them nothing tells a size
@@ -241,8 +241,7 @@ class HandEyeCalibration(VerdictResult):
             "hand_eye.json": json_text(self.document), "hand_eye.yaml": easy_handeye_text(camera, self.opened.inhand),
             "hand_eye.urdf": urdf_joint_text(camera), "static_transform.sh": static_transform_text(camera),
         }  # fmt: skip
-        found = self.opened.source.detected
-        if found is not None and CORNERS[0] in self.files:
+        if (found := self.opened.source.detected) is not None and CORNERS[0] in self.files:
             made |= {CORNERS[0]: listing_text(found.listing), CORNERS[1]: json_text(found.document)}
         return made | ({"lens.yaml": lens_text(lens)} if "lens.yaml" in self.files and lens is not None else {})
 
@@ -305,6 +304,7 @@ def _judge(
     explained = [
         *doubts,
         *([] if still is None else [still]),
+        *([] if opened.rig is None else contradict_rig(opened.data, middle_of(made)[1], errors.normal)),
         *find_mirrored(opened, made),
         *(restate(r, opened, errors) for r in given.reasons if r.code in OF_VIEWS),
     ]
