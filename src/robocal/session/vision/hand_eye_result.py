@@ -299,7 +299,10 @@ def _judge(
         said.append(Remark.of(Code.VIEWS_WITHOUT_POSE, count=len(pairs.views_alone), views=pairs.views_alone))
     if pairs.poses_alone and pairs.views_alone:
         said.append(Remark.of(Code.POSES_WITHOUT_VIEW, count=len(pairs.poses_alone), poses=pairs.poses_alone))
-    given, doubts = verdict_of(made), doubt_poses(readings)
+    given, left = verdict_of(made), errors.left_out
+    # A closed form of turns about one axis may miss what a fit meets: then the poses are read rightly.
+    met = left is not None and left.rms <= HAND_EYE_LEFT * errors.normal
+    doubts = [] if met else doubt_poses(readings)
     still = stands_still(opened)
     explained = [
         *doubts,
@@ -316,12 +319,11 @@ def _judge(
         return Verdict("refused", tuple(exchanged)), said
     if moves := find_moves(opened, made):
         verdict = verdict.instead("refused", *moves)
-    left = errors.left_out
-    far = left is not None and left.rms > HAND_EYE_LEFT * errors.normal
+    far = left is not None and not met
     late = find_lateness(opened.unknowns, *opened.target_views()[::-1]) if far or verdict.status != "located" else None
     if late is not None:
         verdict = verdict.instead("refused", late)
-    if left is not None and left.rms > HAND_EYE_LEFT * errors.normal:
+    if left is not None and far:
         said.append(Remark.of(Code.HAND_EYE_FAR, left=Quantity(left.rms), times=left.rms / errors.normal))
     turned = find_turned(opened, made)
     if turned is not None and verdict.status != "located":  # what they leave behind is no cause, and its advice no help
