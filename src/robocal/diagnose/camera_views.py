@@ -236,9 +236,8 @@ class _ViewSearch:
             )
             for i in changed:
                 begun = place_seen_targets(begun, i, where)
-        part = DataSet(
-            begun.configurations, tuple(subsample_views(o, where, points) for o in begun.observations)
-        ).take(where)
+        kept = tuple(subsample_views(o, where, points) for o in begun.observations)
+        part = DataSet(begun.configurations, kept).take(where)
         if len(part.observations) != len(read):
             return _ViewTrial(np.full((2, len(read)), np.inf), np.ones(len(read)))
         with np.errstate(all="ignore"):
