@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from cables.thesis_rig import SIX, specification, thesis_rig
 
+from robocal.fit.starts.camera_targets import place_camera_targets
 from robocal.fit.starts.own import place_configurations
-from robocal.fit.starts.seen_targets import place_seen_targets
 from robocal.geometry import se3, so3
 from robocal.measure.data import DataSet
 from robocal.session.base_markers import leave_lone_targets, place_targets
@@ -133,7 +133,7 @@ def test_a_map_from_a_size_in_another_unit_starts_anew_once_the_size_is_right(ri
     far = tuple(replace(t, value=tuple(39.37 * np.array(t.value[:3])) + t.value[3:]) for t in pixels.targets)
     begun = DataSet(replace(placed.configurations, start=None), (replace(pixels, targets=far), lengths))
     begun = place_configurations(rig.robot, begun)
-    again = place_seen_targets(begun, 0, np.arange(len(begun.configurations))).observations[0]
+    again = place_camera_targets(begun, 0, np.arange(len(begun.configurations))).observations[0]
     seen = np.setdiff1d(np.unique(pixels.target), [i for i, t in enumerate(again.targets) if not any(t.free)])
     found, true = se3.from_vector([t.value for t in again.targets])[seen], true_places(rig)[seen]
     off = np.linalg.norm(found[:, :3, 3] - true[:, :3, 3], axis=1)

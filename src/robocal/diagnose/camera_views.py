@@ -34,8 +34,8 @@ from robocal.diagnose.view_blocks import subsample_views
 from robocal.estimate.problem import Problem
 from robocal.fit.baseline import Baseline, fit_baseline
 from robocal.fit.noise import owners, quantile
+from robocal.fit.starts.camera_targets import place_camera_targets
 from robocal.fit.starts.own import place_configurations
-from robocal.fit.starts.seen_targets import place_seen_targets
 from robocal.geometry import se3
 from robocal.measure.base import kind_of
 from robocal.measure.data import DataSet, Observations
@@ -235,7 +235,7 @@ class _ViewSearch:
                 self.model, replace(begun, configurations=replace(begun.configurations, start=None))
             )
             for i in changed:
-                begun = place_seen_targets(begun, i, where)
+                begun = place_camera_targets(begun, i, where)
         kept = tuple(subsample_views(o, where, points) for o in begun.observations)
         part = DataSet(begun.configurations, kept).take(where)
         if len(part.observations) != len(read):

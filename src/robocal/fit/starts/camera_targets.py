@@ -15,10 +15,10 @@ from robocal._types import Array, Ints
 from robocal.geometry import se3
 from robocal.measure.data import DataSet, Observations
 
-__all__ = ["place_seen_targets"]
+__all__ = ["place_camera_targets"]
 
 
-def place_seen_targets(data: DataSet, number: int, some: Ints) -> DataSet:
+def place_camera_targets(data: DataSet, number: int, some: Ints) -> DataSet:
     """The data with starts of the targets of the camera of that `number` from what it shows at `some` configurations, whose poses have
     starts; a camera that is not in hand leaves all as it is."""
     obs = data.observations[number]
