@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from cables.thesis_rig import SIX, specification, thesis_rig
 
+from robocal.fit.starts.camera_targets import place_camera_targets
+from robocal.fit.starts.own import place_configurations
 from robocal.geometry import se3, so3
 from robocal.measure.data import DataSet
 from robocal.session.base_markers import leave_lone_targets, place_targets
@@ -122,3 +124,18 @@ def test_reading_the_files_of_a_robot_places_its_markers():
     assert len(pixels.targets) > 5 and all(any(t.value) for t in pixels.targets[1:])
     shown = np.unique(pixels.configuration)
     assert np.linalg.norm(read.data.configurations.start[shown][:, :3], axis=1).min() > 0.1
+
+
+def test_a_map_from_a_size_in_another_unit_starts_anew_once_the_size_is_right(rig):
+    """Poses from the lengths, targets from what the images show there: a map 39 times too large is left behind."""
+    placed = place_targets(rig.robot, unplaced(rig, True))
+    pixels, lengths = placed.observations
+    far = tuple(replace(t, value=tuple(39.37 * np.array(t.value[:3])) + t.value[3:]) for t in pixels.targets)
+    begun = DataSet(replace(placed.configurations, start=None), (replace(pixels, targets=far), lengths))
+    begun = place_configurations(rig.robot, begun)
+    again = place_camera_targets(begun, 0, np.arange(len(begun.configurations))).observations[0]
+    seen = np.setdiff1d(np.unique(pixels.target), [i for i, t in enumerate(again.targets) if not any(t.free)])
+    found, true = se3.from_vector([t.value for t in again.targets])[seen], true_places(rig)[seen]
+    off = np.linalg.norm(found[:, :3, 3] - true[:, :3, 3], axis=1)
+    assert off.max() < ISLAND
+    assert all(t.value == f.value for t, f in zip(again.targets, far, strict=True) if not any(t.free))

@@ -34,6 +34,7 @@ from robocal.diagnose.view_blocks import subsample_views
 from robocal.estimate.problem import Problem
 from robocal.fit.baseline import Baseline, fit_baseline
 from robocal.fit.noise import owners, quantile
+from robocal.fit.starts.camera_targets import place_camera_targets
 from robocal.fit.starts.own import place_configurations
 from robocal.geometry import se3
 from robocal.measure.base import kind_of
@@ -156,11 +157,6 @@ def _size_of(trial: _ViewTrial) -> float:
     return float(np.log(np.maximum(trial.left, FINE)).sum())
 
 
-def _extent(obs: Observations) -> float:
-    """The largest coordinate of the points of targets, m."""
-    return float(np.abs(obs.extra["point"]).max(initial=0.0))
-
-
 def _size(obs: Observations) -> float:
     """What an error of an instrument is a share of: of a camera its focal length, else what it reads."""
     if obs.kind == "pixels":
@@ -232,15 +228,16 @@ class _ViewSearch:
         seen = np.unique(np.concatenate([self.data.observations[i].configuration for i in self.cameras]))
         views, points = (VIEWS, POINTS) if robust or not freedom_of(self.model) else ROUGH
         where = seen[np.unique(np.linspace(0, len(seen) - 1, views).astype(np.int64))]
-        part = DataSet(
-            self.data.configurations, tuple(subsample_views(as_printed(o), where, points) for o in read)
-        ).take(where)
-        # A size in another unit has scaled where targets start: poses that start from the images go with it.
-        images = [i for i in changed if _extent(read[i]) == _extent(self.data.observations[i])]
-        if images and any(o.kind == "lengths" for o in part.observations):
-            # Poses may have started from the images as they are: those of other images start from the lengths.
-            own = replace(part, configurations=replace(part.configurations, start=None))
-            part = place_configurations(self.model, own)
+        begun = DataSet(self.data.configurations, tuple(map(as_printed, read)))
+        if changed and any(o.kind == "lengths" for o in read):
+            # Poses and targets may have started from the images as they are: those of other images start from the lengths.
+            begun = place_configurations(
+                self.model, replace(begun, configurations=replace(begun.configurations, start=None))
+            )
+            for i in changed:
+                begun = place_camera_targets(begun, i, where)
+        kept = tuple(subsample_views(o, where, points) for o in begun.observations)
+        part = DataSet(begun.configurations, kept).take(where)
         if len(part.observations) != len(read):
             return _ViewTrial(np.full((2, len(read)), np.inf), np.ones(len(read)))
         with np.errstate(all="ignore"):
