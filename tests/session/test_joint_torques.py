@@ -122,7 +122,7 @@ def turned(table, heads):
 
 
 def exchanged(table, heads):
-    one, other = heads.index("torque.j2"), heads.index("torque.j3")
+    one, other = heads.index("torque.j2"), heads.index("torque.j5")
     table[:, [one, other]] = table[:, [other, one]]
     return table
 
