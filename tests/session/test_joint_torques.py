@@ -167,3 +167,19 @@ def test_of_positions_that_nothing_moves_nothing_is_said(tmp_path, arm):
     _, data = write(tmp_path, arm)
     ran = robocal("identify", "rv-2aj", data, "-o", str(tmp_path / "out"))
     assert ran.status == 0 and " mm" not in ran.out and "compensate" not in ran.out and "robocal validate" in ran.out
+
+
+def test_a_run_is_validated_in_torques(tmp_path, arm):
+    _, data = write(tmp_path, arm)
+    rows = (tmp_path / "run.csv").read_text().splitlines()
+    (tmp_path / "run.csv").write_text("\n".join(rows[:41]) + "\n")
+    (tmp_path / "fresh.csv").write_text("\n".join([rows[0], *rows[41:]]) + "\n")
+    fresh = tmp_path / "fresh.yaml"
+    fresh.write_text((tmp_path / "torque.yaml").read_text().replace("run.csv", "fresh.csv"))
+    assert robocal("identify", "rv-2aj", data, "-o", str(tmp_path / "out")).status == 0
+    ran = robocal("validate", str(tmp_path / "out"), str(fresh), "--against", "rv-2aj", "--json")
+    told = json.loads(ran.out)["torque"]
+    assert ran.status == 0 and told["unit"] == "N m" and told["this"]["mean"] < 1.5 * NOISE < told["against"]["mean"]
+    assert "100 torques of joints" in robocal("validate", str(tmp_path / "out"), str(fresh)).out
+    ran = robocal("validate", "rv-2aj", str(fresh))  # nothing is known of its masses
+    assert ran.status == 3 and "predicting the mean" in ran.out and "N m" in ran.out

@@ -119,7 +119,8 @@ GROWTH_CLEARLY = limit(3.0, "times", "A drift explains more than any other slow 
 GROWTH_SEEN = limit(0.3, "of the squares of a drift",
     "What a fit takes up by more goes with the poses: errors of a joint that moved slowly look the same.", "tests/prove/test_growth.py")
 GROWTH_CONFIGURATIONS = limit(20, "configurations", "Fewer say nothing of a drift.")
-NEGATIVE_SIGMA = limit(5.0, "sigma", "Friction or a torque constant farther below zero is none by chance.", "tests/session/test_joint_torques.py")
+NEGATIVE_SIGMA = limit(5.0, "sigma", "Friction or a torque constant farther below zero is none by chance.",
+    "tests/session/test_joint_torques.py")
 PRIOR_SIGMA = limit(5.0, "sigma", "Beyond, a stated prior is contradicted beyond chance.", "tests/prove/test_cable_camera.py")
 SCALE_SIGMA = limit(3.0, "sigma", "A scale that making does not leave is that of the stated length.", "tests/statistics/test_scale.py")
 SCALE_DOUBT_SIGMA = limit(2.0, "sigma", "One in twenty honest scales is as far off: worth a remark.")

@@ -1,9 +1,10 @@
 """Torques of a joint that friction and gravity do not explain.
 
-    share = sum e^2 / sum y^2        of a joint's torques y, e = y - predicted, without the tenth of the rows that is missed most if the others are met
+    share = sum e^2 / sum y^2        of a joint's torques y, e = y - predicted
 
-A joint of which the model predicts nothing, as one about a plumb axis without speeds, is none of them. Rows that a robust fit set aside
-count: where half of a joint's rows are gross, the other half proves nothing.
+without the tenth of the rows that is missed most, if the others are met. A joint of which the model predicts nothing, as one about
+a plumb axis without speeds, is none of them. Rows that a robust fit set aside count: where half of a joint's rows are gross, the
+other half proves nothing.
 """
 
 from __future__ import annotations
