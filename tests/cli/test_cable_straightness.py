@@ -168,3 +168,9 @@ def test_loads_of_one_tension_tell_no_elasticity(put):
         "cable", "straightness", ROBOT, "--loads", put("one.csv", f"tension [N],elongation [mm],length [mm]\n{rows}")
     )
     assert ran.status == 2 and "one.csv" in ran.err and "5 of 50 to 50 N" in ran.err
+
+
+def test_a_cable_too_loose_to_hang_has_no_length():
+    ran = robocal("cable", "straightness", ROBOT, "--tension", "1e-6", "--json")
+    told = {c["name"]: c["values"] for c in json.loads(ran.out)["errors"]["columns"]}
+    assert told["length"][0] is None and told["length"][1] > 0
