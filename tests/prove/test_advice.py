@@ -30,6 +30,9 @@ QUICK = (
 )
 # Obeyed by a test of their own, above which a comment says so: `# obeys: CODE`.
 OTHER = {
+    "load-not-above": "cli/test_cable_straightness.py",
+    "negative-number": "session/test_joint_torques.py",
+    "torques-left": "session/test_joint_torques.py",
     "drive-one-direction": "session/test_drive_logs.py",
     "drive-under-turn": "session/test_drive_logs.py",
     "drive-orders-unseen": "session/test_drive_logs.py",
