@@ -17,13 +17,14 @@ from contestants import THREADS
 HERE = Path(__file__).resolve().parent
 MEGABYTE = 1024.0  # in what the system counts
 MOST = 600  # seconds of CPU: what takes longer is not finished
+SAID = 2000  # characters of what a command says of its failure
 # Counts a command with all that it starts, also what outlives it: of those it is the parent (on Linux).
 COUNT = f"""
 import ctypes, os, resource, subprocess, sys, time
 resource.setrlimit(resource.RLIMIT_CPU, ({MOST}, {MOST}))
 getattr(ctypes.CDLL(None), "prctl", lambda *_: None)(36, 1, 0, 0, 0)
 began, quiet = time.perf_counter(), subprocess.DEVNULL
-status = subprocess.call(sys.argv[1:], stdout=quiet, stderr=quiet)
+status = subprocess.call(sys.argv[1:], stdout=quiet)
 wall = time.perf_counter() - began
 try:
     while True:
@@ -98,6 +99,10 @@ class State:
 
     def run(self, words: str, first: bool = False, turn: int = 0) -> Cost | None:
         """A command in the folder of the data, `first` with an empty cache; None where it does not finish."""
+        return self.attempt(words, first, turn)[0]
+
+    def attempt(self, words: str, first: bool = False, turn: int = 0) -> tuple[Cost | None, str]:
+        """The same, and why it did not finish."""
         with tempfile.TemporaryDirectory() as folder:
             empty = {"ROBOCAL_CACHE_DIR": f"{folder}/cache"} if first else {}
             return self._count([str(self.python), "-m", "robocal", *self._words(words, folder, turn)], empty)
@@ -118,7 +123,7 @@ class State:
 
     def wait(self, command: list[str]) -> tuple[int, str]:
         """Status of a program, and what it said."""
-        return self._wait(command, {"env": self.environment, "cwd": self.data})
+        return self._wait(command, {"env": self.environment, "cwd": self.data})[:2]
 
     def _words(self, words: str, folder: str, turn: int) -> list[str]:
         known = {"OUT": f"{folder}/out", "RUN": f"run-{self.name}", "ROUND": str(turn)}
@@ -126,34 +131,47 @@ class State:
             words = words.replace(name, value)
         return words.split()
 
-    def _count(self, command: list[str], extra: dict[str, str] | None = None) -> Cost | None:
+    def _count(self, command: list[str], extra: dict[str, str] | None = None) -> tuple[Cost | None, str]:
+        """What a command costs; else None, and its exit status or the limit that it met, with what it wrote of that."""
         kept = {"env": self.environment | (extra or {}), "cwd": self.data}
-        said = self._wait([sys.executable, "-c", COUNT, *command], kept)[1]
+        ended, said, wrong = self._wait([sys.executable, "-c", COUNT, *command], kept)
         if len(said.split()) != 4:
-            return None
+            how = f"stopped after {2 * MOST} s by the clock" if ended is None else f"not counted, status {ended}"
+            return None, f"{how}: {wrong}"
         status, wall, cpu, memory = map(float, said.split())
         # 3 says that a result must not be trusted: it was computed all the same.
-        return Cost(cpu, memory / MEGABYTE, wall) if status in (0, 3) else None
+        if status in (0, 3):
+            return Cost(cpu, memory / MEGABYTE, wall), ""
+        limit = -status in (signal.SIGXCPU, signal.SIGKILL) and cpu >= MOST
+        how = f"stopped after {MOST} s of CPU" if limit else f"exit status {status:.0f}"
+        return None, f"{how}: {wrong or 'it said nothing'}"
 
-    def _wait(self, command: list[str], kept: dict) -> tuple[int, str]:
-        """Status and what was said; at the end of the whole run, or twice the limit by the clock, all of it is stopped."""
+    def _wait(self, command: list[str], kept: dict) -> tuple[int | None, str, str]:
+        """Status, what was said, and the end of what was said of faults. At the end of the whole run, or twice the limit by the clock,
+        all of it is stopped: status None."""
         left = self.until - time.monotonic()
         if left <= 0:
             raise Late
-        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "text": True, "start_new_session": True}
-        with subprocess.Popen(command, **pipes, **kept) as running:
-            try:
-                said = running.communicate(timeout=min(left, 2.0 * MOST))[0]
-            except BaseException as why:
-                with contextlib.suppress(ProcessLookupError):
-                    os.killpg(running.pid, signal.SIGKILL)
-                running.wait()
-                if isinstance(why, subprocess.TimeoutExpired):
-                    if left <= 2.0 * MOST:
-                        raise Late from None
-                    return 1, ""
-                raise
-        return running.returncode, said
+        with tempfile.TemporaryFile("w+", errors="replace") as faults:
+            pipes = {"stdout": subprocess.PIPE, "stderr": faults, "text": True, "start_new_session": True}
+            with subprocess.Popen(command, **pipes, **kept) as running:
+                try:
+                    said = running.communicate(timeout=min(left, 2.0 * MOST))[0]
+                except BaseException as why:
+                    with contextlib.suppress(ProcessLookupError):
+                        os.killpg(running.pid, signal.SIGKILL)
+                    running.wait()
+                    if isinstance(why, subprocess.TimeoutExpired):
+                        if left <= 2.0 * MOST:
+                            raise Late from None
+                        return None, "", _end(faults)
+                    raise
+            return running.returncode, said, _end(faults)
+
+
+def _end(faults) -> str:
+    faults.seek(0)
+    return faults.read().strip()[-SAID:]
 
 
 class Log:

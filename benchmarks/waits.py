@@ -74,13 +74,16 @@ class Run:
 
     def visit(self, name: str, state: State, turn: int) -> dict:
         """One process of one state, told to the log."""
+        why = ""
         if name in CALLS:
             cost = state.call(name)
         elif name in IMPORTS:
             cost = state.imports(IMPORTS[name])
         else:
-            cost = state.run((WAITS | FIRST)[name], name in FIRST, turn)
+            cost, why = state.attempt((WAITS | FIRST)[name], name in FIRST, turn)
         numbers = {"cpu": cost and cost.cpu, "wall": cost and cost.wall, "memory": cost and cost.memory}
+        if why:
+            print(f"{state.name}: {name}: {why}", file=sys.stderr, flush=True)
         return self.tell({"row": name, "state": state.name, "turn": turn} | numbers)
 
     def once(self, name: str) -> None:
@@ -138,8 +141,9 @@ def prepare(wanted, state: State) -> None:
             shutil.copy(file, data / "ur10" / file.name)
     for folder in [f for f in MADE if f in wanted and not (data / f / "done").exists()]:
         shutil.rmtree(data / folder, ignore_errors=True)
-        if state.run(f"{MADE[folder]} -o {folder}") is None:
-            raise RuntimeError(f"data could not be made: robocal {MADE[folder]}")
+        cost, why = state.attempt(f"{MADE[folder]} -o {folder}")
+        if cost is None:
+            raise RuntimeError(f"data could not be made: robocal {MADE[folder]}: {why}")
         for name, (source, columns) in CUT.items():
             if name.startswith(f"{folder}/"):
                 cut(data / source, data / name, columns)
@@ -154,7 +158,9 @@ def prepare_runs(wanted, state: State) -> None:
     """Writes the run folders that commands read, where they are not there."""
     for folder in [f for f in RUNS if f in wanted]:
         if not (state.data / folder / f"run-{state.name}" / "result.json").exists():
-            state.run(f"identify {RUNS[folder]} -o {folder}/RUN --force")
+            cost, why = state.attempt(f"identify {RUNS[folder]} -o {folder}/RUN --force")
+            if cost is None:
+                print(f"{state.name}: no run folder of {folder}: {why}", file=sys.stderr, flush=True)
 
 
 def cut(source: Path, target: Path, begins) -> None:
@@ -176,9 +182,10 @@ def measure(names, states: list[State], rounds: int, out: Path | None, jobs: int
     try:
         prepare(wanted, states[0])
         for state in states:
-            if state.run("--version") is None:
+            cost, why = state.attempt("--version")
+            if cost is None:
                 missing = "make its .venv beside it, or write --against SRC:FOLDER with the packages that it lacks"
-                raise RuntimeError(f"{state.source}: robocal does not start by {state.python}; {missing}")
+                raise RuntimeError(f"{state.source}: robocal does not start by {state.python}; {missing}: {why}")
             prepare_runs(wanted, state)
     except Late:
         return [summarise(name, log.of(name), rounds) for name in names]
@@ -227,13 +234,15 @@ def chosen(words) -> list[str]:
 
 def section(against=None, rounds: int = ROUNDS, words=(), out=None, minutes=None, jobs: int = 1) -> list[dict]:
     """The rows, and on the terminal what was asked and measured."""
+    out = out and out.resolve()  # commands run in another folder
     data = out / "data" if out else DATA
     data.mkdir(parents=True, exist_ok=True)
     until = time.monotonic() + 60.0 * minutes if minutes else float("inf")
     states = [State("new", OWN, data, until)]
     if against:  # like PYTHONPATH: the sources first, then packages that only they need
         source, *packages = against.split(os.pathsep)
-        states.append(State("before", Path(source).resolve(), data, until, tuple(packages)))
+        folders = tuple([str(Path(folder).resolve()) for folder in packages if folder])
+        states.append(State("before", Path(source).resolve(), data, until, folders))
     rows = measure(chosen(words), states, rounds, out, jobs)
     print(f"\nwhat a user waits for: asked and measured\n{table.section_table(wait_asked.judged(rows))}")
     return rows

@@ -101,3 +101,19 @@ def test_when_the_time_is_over_nothing_begins(waits, tmp_path):
 def test_of_a_command_only_its_imports_are_counted(waits, tmp_path):
     cost = waits.State("new", waits.OWN, tmp_path).imports("--version")
     assert 0.0 < cost.cpu < waits.State("new", waits.OWN, tmp_path).run("--version").cpu + 1.0
+
+
+def test_why_data_could_not_be_made_is_said(waits, tmp_path, monkeypatch):
+    source = tmp_path / "src"
+    (source / "robocal").mkdir(parents=True)
+    (source / "robocal" / "__init__.py").touch()
+    (source / "robocal" / "__main__.py").write_text("import sys; sys.exit('no room on the disk')\n")
+    state = waits.State("new", source, tmp_path / "data")
+    with pytest.raises(RuntimeError, match=r"simulate irb-120 -n 80: exit status 1: no room on the disk"):
+        waits.prepare({"few"}, state)
+    monkeypatch.chdir(tmp_path)
+    told = []
+    monkeypatch.setattr(waits, "measure", lambda names, states, *rest: told.extend(states) or [])
+    waits.section(against="src:packages", words=["version"], out=Path("out"))
+    assert told[1].source == source and told[1].packages == (str(tmp_path / "packages"),)
+    assert told[0].data == tmp_path / "out" / "data"

@@ -25,6 +25,12 @@ def elongations(exponent=1.0, noise=2e-5, count=24, seed=3):
     )
 
 
+def counting_down(text):
+    head, *rows = text.splitlines()
+    cells = [row.split(",") for row in rows]
+    return "\n".join([head, *(f"{t},{-float(y)},{span}" for t, y, span in cells)]) + "\n"
+
+
 @pytest.fixture
 def put(tmp_path):
     def make(name, text):
@@ -138,3 +144,33 @@ def test_cables_of_which_nobody_knows_the_weight(put):
         ).status
         == 0
     )
+
+
+# obeys: load-not-above
+@pytest.mark.parametrize(
+    ("name", "wrong", "right"),
+    [
+        ("sag.csv", SAGS.replace("sag [mm],span [mm]", "sag [m],span [m]"), SAGS),
+        ("longer.csv", counting_down(elongations()), elongations()),
+    ],
+    ids=["mm as m", "counting down"],
+)
+def test_no_cable_weighs_or_lengthens_less_than_nothing(put, name, wrong, right):
+    ran = robocal("cable", "straightness", ROBOT, "--loads", put(name, wrong), "--json")
+    assert ran.status == 3 and "load-not-above" in {r["code"] for r in json.loads(ran.out)["remarks"]}, ran.err
+    ran = robocal("cable", "straightness", ROBOT, "--loads", put(name, right), "--json")
+    assert ran.status == 0 and "load-not-above" not in ran.out
+
+
+def test_loads_of_one_tension_tell_no_elasticity(put):
+    rows = "".join(f"50,{4 + v:.2f},2200\n" for v in (0.01, 0.02, 0.0, 0.03, 0.01))
+    ran = robocal(
+        "cable", "straightness", ROBOT, "--loads", put("one.csv", f"tension [N],elongation [mm],length [mm]\n{rows}")
+    )
+    assert ran.status == 2 and "one.csv" in ran.err and "5 of 50 to 50 N" in ran.err
+
+
+def test_a_cable_too_loose_to_hang_has_no_length():
+    ran = robocal("cable", "straightness", ROBOT, "--tension", "1e-6", "--json")
+    told = {c["name"]: c["values"] for c in json.loads(ran.out)["errors"]["columns"]}
+    assert told["length"][0] is None and told["length"][1] > 0

@@ -187,3 +187,34 @@ def test_no_number_of_a_fit_that_is_lost_is_printed():
     assert "no number of this fit helps" in str(text) and "e+" not in str(text)
     good = HandEyeErrors(none, none, Statistic.of(np.array([1e-3, 2e-3])), None, None, "leave-one-out", 2e-3)
     assert "error at the target" in str(list(_error(good)))
+
+
+# obeys: labels-turned
+def test_views_that_are_turned_are_named_where_they_pull_the_fit_away(tmp_path):
+    """Three of fourteen, beside a camera that stands: the fit is lost, and what it leaves says nothing of labels."""
+    made = world(41, count=14, inhand=False)
+    for k in (2, 5, 6):
+        made.pixels[k] = made.pixels[k][::-1]
+    words = cell(tmp_path, made, made.told)
+    told, status = hand_eye(*words)
+    (said,) = told["verdict"]["remarks"]
+    assert status == 3 and said["code"] == "labels-turned" and said["numbers"]["views"] == ["v3", "v6", "v7"]
+    told, status = hand_eye(*words, "--undo-half-turns")
+    assert status == 0 and "labels-turned" not in codes(told)
+    assert np.abs(off_by(told, made)).max() < 5
+
+
+def test_a_target_in_m_is_no_unit_of_poses_that_are_in_mm(tmp_path):
+    """`--units mm` was advised beside heads that say mm."""
+    made = world(41, count=14)
+    words = cell(tmp_path, made, made.told)
+    head, *rows = (tmp_path / "corners.csv").read_text().splitlines()
+    at = [i for i, name in enumerate(head.split(",")) if name.startswith("point_")]
+    some = [row.split(",") for row in rows]
+    for row in some:
+        for i in at:
+            row[i] = f"{1e-3 * float(row[i]):.9g}"
+    (tmp_path / "corners.csv").write_text("\n".join([head, *map(",".join, some)]))
+    told, status = hand_eye(*words)
+    assert status == 3 and "poses-read-otherwise" not in codes(told)
+    assert {"target-unit", "target-size-contradicted"} & codes(told), codes(told)

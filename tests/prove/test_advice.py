@@ -30,6 +30,9 @@ QUICK = (
 )
 # Obeyed by a test of their own, above which a comment says so: `# obeys: CODE`.
 OTHER = {
+    "load-not-above": "cli/test_cable_straightness.py",
+    "negative-number": "session/test_joint_torques.py",
+    "torques-left": "session/test_joint_torques.py",
     "drive-one-direction": "session/test_drive_logs.py",
     "drive-under-turn": "session/test_drive_logs.py",
     "drive-orders-unseen": "session/test_drive_logs.py",
@@ -43,6 +46,9 @@ OTHER = {
     "drive-flag": "session/test_drive_logs.py",
     "drive-escaped": "session/test_drive_logs.py",
     "drive-table-lost": "session/test_drive_logs.py",
+    "drive-at-limit": "session/test_drive_traps.py",
+    "drive-pace": "session/test_drive_traps.py",
+    "drive-other-gain": "session/test_drive_traps.py",
     "band-blind": "unit/test_total.py",
     "camera-drift": "prove/test_camera_drift.py",
     "clocks-apart": "session/test_hand_eye_unknowns.py",
@@ -134,6 +140,7 @@ OTHER |= dict.fromkeys(
     "target-size-contradicted".split(),
     "cli/test_hand_eye_advice.py",
 )
+OTHER |= {"rig-contradicted": "session/test_hand_eye_rig.py"}
 OTHER |= dict.fromkeys(
     "image-turned video-ends-early image-sizes-differ no-target-found no-marker-in-view one-marker-in-view other-dictionary dictionary-found "
     "dictionary-unsure board-found size-not-stated two-of-one-number mirrored-image markers-apart markers-at-border image-overexposed "

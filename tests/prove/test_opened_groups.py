@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from field_world import rig
 from robocal.fit.options import Options
 from robocal.measure.data import Observations
 from robocal.prove.identify import identify
+from robocal.prove.opened_groups import _rivals
 
 
 def opened(model, data):
@@ -80,3 +82,12 @@ def test_what_no_camera_sees_has_no_groups():
         ).opened
         == ()
     )
+
+
+def test_numbers_that_only_others_of_their_own_group_would_open_are_told_so():
+    """a + b and c + d are seen sharply, and hardly e: a and b are of one group, c and d of two, and with them nothing helps e."""
+    root = np.diag([1e3, 1e3, 0.1]) @ np.array([[1.0, 1, 0, 0, 0], [0, 0, 1, 1, 0], [0, 0, 0, 0, 1]])
+    known = np.linalg.inv(root.T @ root + np.eye(5))
+    problem = SimpleNamespace(scales=np.ones(5), spread_root=np.eye(5))
+    seen = SimpleNamespace(names=tuple("abcde"), share=1 - np.diag(known), root=root, noise=1.0, problem=problem)
+    assert _rivals(seen, np.array([0, 0, 0, 1, 1])) == {"a": (0,), "b": (0,), "c": (1,), "d": (0,), "e": None}

@@ -16,6 +16,7 @@ def result(status: str, joints: int, *files: str) -> Made:
     return Made(
         verdict=Made(status=status),
         robot=Made(joints=joints, convention="dh" if joints else "cable 3R3T"),
+        working_range=Made(),
         provenance=Made(inputs=inputs),
     )
 

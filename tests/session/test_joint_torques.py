@@ -115,3 +115,71 @@ def test_torques_of_other_joints_are_refused(tmp_path, arm):
     _, data = write(tmp_path, arm, columns=4)
     ran = robocal("identify", "rv-2aj", data)
     assert ran.status == 2 and "torque.columns" in ran.err and "5: j1" in ran.err
+
+
+def turned(table, heads):
+    return table * np.array([-1.0 if h.startswith("torque.") else 1.0 for h in heads])
+
+
+def exchanged(table, heads):
+    one, other = heads.index("torque.j2"), heads.index("torque.j5")
+    table[:, [one, other]] = table[:, [other, one]]
+    return table
+
+
+def constant(table, heads):
+    table[:, heads.index("torque.j2")] = 3.0
+    return table
+
+
+# obeys: negative-number
+# obeys: torques-left
+@pytest.mark.parametrize(
+    ("mistake", "code"),
+    [(turned, "negative-number"), (exchanged, "torques-left"), (constant, "torques-left")],
+    ids=["signs", "columns", "constant"],
+)
+def test_torques_that_no_joint_has_are_refused(tmp_path, arm, mistake, code):
+    _, data = write(tmp_path, arm)
+    right = (tmp_path / "run.csv").read_text()
+    heads = right.splitlines()[0].split(",")
+    table = mistake(np.loadtxt(tmp_path / "run.csv", delimiter=",", skiprows=1), heads)
+    np.savetxt(tmp_path / "run.csv", table, delimiter=",", header=",".join(heads), comments="", fmt="%.6f")
+    ran = robocal("identify", "rv-2aj", data, "--json")
+    told = json.loads(ran.out)["verdict"]
+    assert ran.status == 3 and told["status"] == "refused" and code in {r["code"] for r in told["remarks"]}, told
+    (tmp_path / "run.csv").write_text(right)  # as the advice says
+    told = json.loads(robocal("identify", "rv-2aj", data, "--json").out)["verdict"]
+    assert told["status"] == "improved" and code not in {r["code"] for r in told["remarks"]}
+
+
+def test_a_gross_torque_costs_its_row_alone(tmp_path, arm):
+    _, data = write(tmp_path, arm)
+    lines = (tmp_path / "run.csv").read_text().splitlines()
+    at = lines[0].split(",").index("torque.j2")
+    cells = lines[7].split(",")
+    lines[7] = ",".join([*cells[:at], str(1000 + float(cells[at])), *cells[at + 1 :]])
+    (tmp_path / "run.csv").write_text("\n".join(lines) + "\n")
+    assert robocal("identify", "rv-2aj", data).status == 0
+
+
+def test_of_positions_that_nothing_moves_nothing_is_said(tmp_path, arm):
+    _, data = write(tmp_path, arm)
+    ran = robocal("identify", "rv-2aj", data, "-o", str(tmp_path / "out"))
+    assert ran.status == 0 and " mm" not in ran.out and "compensate" not in ran.out and "robocal validate" in ran.out
+
+
+def test_a_run_is_validated_in_torques(tmp_path, arm):
+    _, data = write(tmp_path, arm)
+    rows = (tmp_path / "run.csv").read_text().splitlines()
+    (tmp_path / "run.csv").write_text("\n".join(rows[:41]) + "\n")
+    (tmp_path / "fresh.csv").write_text("\n".join([rows[0], *rows[41:]]) + "\n")
+    fresh = tmp_path / "fresh.yaml"
+    fresh.write_text((tmp_path / "torque.yaml").read_text().replace("run.csv", "fresh.csv"))
+    assert robocal("identify", "rv-2aj", data, "-o", str(tmp_path / "out")).status == 0
+    ran = robocal("validate", str(tmp_path / "out"), str(fresh), "--against", "rv-2aj", "--json")
+    told = json.loads(ran.out)["torque"]
+    assert ran.status == 0 and told["unit"] == "N m" and told["this"]["mean"] < 1.5 * NOISE < told["against"]["mean"]
+    assert "100 torques of joints" in robocal("validate", str(tmp_path / "out"), str(fresh)).out
+    ran = robocal("validate", "rv-2aj", str(fresh))  # nothing is known of its masses
+    assert ran.status == 3 and "predicting the mean" in ran.out and "N m" in ran.out

@@ -15,9 +15,14 @@ READING_EXPLAINS = limit(0.7, "of the variance",
     "Orders of a wrong reading explain a few percent; another reading that explains this is no chance.", "tests/session/test_drive_logs.py")
 SLOTS_NAME = limit(0.5, "of the variance", "Slots and poles that name less than half of what was found are not those of this motor.")
 SAME_PACE = limit(1.5, "times the slowest", "Sweeps at one speed differ by less; the next speed that people try is twice as fast.")
+LEAST_PACE = limit(math.radians(0.1), "rad/s", "A turn would take an hour; milliseconds that are read as seconds make such a pace.")
+MOST_PACE = limit(math.radians(1000.0), "rad/s",
+    "Three turns a second: no position loop follows cogging there; seconds that are read as milliseconds make such a pace.")
+AT_LIMIT = limit(0.01, "of the rows", "Noise lets an effort touch its largest value once; a limit of the drive holds many rows there.")
 QUICK_RIPPLE = limit(0.3, "rad/s (standard deviation)",
     "A led rotor slips by less; a rotor that runs through its cogging changes its speed by more.", "shared/data/cogging-motor")
 PREFER_SIDE = limit(0.95, "chance", "Phases per direction double the numbers of a table: they are taken where arcs prefer them surely.")
+CELLS_LOSE = limit(0.1, "of the variance", "Lines between so few cells leave a third of the cogging: a table of more costs only memory.")
 OTHER_GAIN = limit(0.5, "of the curve", "A log of the same motor shows the curve whole, 0.9 to 1.3 times; of another one it shows none.",
     "shared/data/cogging-motor")
 FLAG_TURNS = limit(2, "turns", "A change within a turn makes one turn that is neither; two are none.")

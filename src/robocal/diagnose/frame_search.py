@@ -74,15 +74,17 @@ class FrameSearch:
         wide = problem.with_free([*problem.free, *dict.fromkeys(every)])
         lin = wide.linearize(x)
         root = np.sqrt(wide.with_loss("huber").slopes(lin.r**2, lin))
-        rows = np.hstack([lin.j, lin.r[:, None]])
-        rows *= root[:, None]
+        rows = np.empty((len(lin.r), wide.n + 1))
+        np.multiply(lin.j, root[:, None], out=rows[:, :-1])
+        np.multiply(lin.r, root, out=rows[:, -1])
         left = beside_blocks(replace(lin, j=rows, jl=lin.jl * root[:, None], jm=lin.jm * root[:, None]))[1]
         at = [wide.free.index(f) for f in problem.free]
         n, count, order = problem.n, problem.configurations, np.argsort(lin.configuration, kind="stable")
         ends = np.searchsorted(lin.configuration[order], np.arange(count + 1))
         columns = {name: [wide.free.index(f) for f in names] for name, names in unit_names.items()}
+        shown = lin.j != 0
         rows_of = {
-            name: np.bincount(lin.configuration[(lin.j[:, c] != 0).any(axis=1)], minlength=count)
+            name: np.bincount(lin.configuration[shown[:, c].any(axis=1)], minlength=count)
             for name, c in columns.items()
         }
         self.units: dict[str, FrameSums] = {}

@@ -17,7 +17,7 @@ J (d - s) is in every band (`move_at_end`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 
 import numpy as np
@@ -190,12 +190,28 @@ def _find(lin: Linear, sums: Sums, problem: Problem, way: Array) -> FileDrift | 
 def _sums(lin: Linear, factor: Array, scale: Array) -> tuple[float, Array]:
     """How many numbers local blocks take, and the products (2 n + 1, 2 n + 1) of all columns, of the same where a factor (N,) of time
     multiplies them, and of what is left. Each column is as large as its error may be."""
-    taken, products = 0.0, np.zeros((2 * len(scale) + 1,) * 2)
-    for rows in _together(lin):
-        j = lin.j[rows] * scale
-        own, left = beside_blocks(replace(lin, j=np.hstack([j, factor[rows, None] * j, lin.r[rows, None]])))
-        taken, products = taken + float(own.sum()), products + left.T @ left
-    return taken, products
+    n = len(scale)
+    if not _one_time(lin, factor):
+        j = lin.j * scale
+        own, left = beside_blocks(replace(lin, j=np.hstack([j, factor[:, None] * j, lin.r[:, None]])))
+        return float(own.sum()), left.T @ left
+    # What a block leaves of columns is multiplied as they are: by products of the columns alone, three of half the width each.
+    j = np.empty((len(lin.j), n + 1))
+    np.multiply(lin.j, scale, out=j[:, :n])
+    j[:, n] = lin.r
+    own, left = beside_blocks(replace(lin, j=j))
+    plain, once, twice = np.zeros((3, n + 1, n + 1))
+    for first in range(0, len(left), CHUNK):
+        some = left[first : first + CHUNK]
+        late = factor[first : first + CHUNK, None] * some
+        plain += some.T @ some
+        once += some.T @ late
+        twice += late.T @ late
+    products = np.empty((2 * n + 1,) * 2)
+    products[:n, :n], products[:n, n:-1], products[:n, -1] = plain[:n, :n], once[:n, :n], plain[:n, n]
+    products[n:-1, :n], products[n:-1, n:-1], products[n:-1, -1] = once[:n, :n], twice[:n, :n], once[:n, n]
+    products[-1, :n], products[-1, n:-1], products[-1, -1] = plain[n, :n], once[:n, n], plain[n, n]
+    return float(own.sum()), products
 
 
 def _explain(lin: Linear, taken: float, sums: Array, problem: Problem, way: Array) -> FileDrift | None:
@@ -223,7 +239,12 @@ def _explain(lin: Linear, taken: float, sums: Array, problem: Problem, way: Arra
     return FileDrift(more, more / square, chance, observable, way @ by, scale * (fitted[:, :k] @ by))
 
 
-def _together(lin: Linear) -> Iterator[slice]:
-    """Rows that are projected together: all where local blocks take part of them, else so many as stay in the cache."""
-    chunk = len(lin.r) if lin.jl.shape[1] or lin.jm.shape[1] else CHUNK
-    return (slice(first, first + chunk) for first in range(0, len(lin.r), chunk))
+def _one_time(lin: Linear, factor: Array) -> bool:
+    """Whether all rows of every local block have one factor (N,)."""
+    inside = lin.local >= 0
+    if lin.jm.shape[1] or not lin.jl.shape[1] or not inside.any():
+        return not lin.jm.shape[1]
+    block, own = lin.local[inside], factor[inside]
+    first = np.full(int(block.max()) + 1, np.nan)
+    first[block] = own
+    return bool((first[block] == own).all())

@@ -119,6 +119,8 @@ GROWTH_CLEARLY = limit(3.0, "times", "A drift explains more than any other slow 
 GROWTH_SEEN = limit(0.3, "of the squares of a drift",
     "What a fit takes up by more goes with the poses: errors of a joint that moved slowly look the same.", "tests/prove/test_growth.py")
 GROWTH_CONFIGURATIONS = limit(20, "configurations", "Fewer say nothing of a drift.")
+NEGATIVE_SIGMA = limit(5.0, "sigma", "Friction or a torque constant farther below zero is none by chance.",
+    "tests/session/test_joint_torques.py")
 PRIOR_SIGMA = limit(5.0, "sigma", "Beyond, a stated prior is contradicted beyond chance.", "tests/prove/test_cable_camera.py")
 SCALE_SIGMA = limit(3.0, "sigma", "A scale that making does not leave is that of the stated length.", "tests/statistics/test_scale.py")
 SCALE_DOUBT_SIGMA = limit(2.0, "sigma", "One in twenty honest scales is as far off: worth a remark.")
@@ -211,6 +213,8 @@ HOLD_OUT_PLACES = limit(25, "places", "Of fewer a held-out fifth proves little, 
 LEAVE_ONE_OUT_PLACES = limit(400, "places", "Of more leave-one-out takes long and adds nothing to a hold-out.")
 MEAN_RIVAL = limit(0.9, "of the error of the mean", "A model that is hardly better than predicting the mean explains nothing.")
 UNEXPLAINED_MOST = limit(0.5, "of the variance", "A model that leaves more does not describe this robot, whatever it gains.")
+TORQUE_ROWS = limit(0.9, "of the rows", "A tenth of gross rows says nothing of the other torques of a joint.",
+    "tests/session/test_joint_torques.py")
 UNEXPLAINED_SHARE = limit(0.01, "of the variance", "No arm's making leaves a tenth of what the positions scatter by.")
 UNEXPLAINED_SIGMA = limit(3.0, "stated sigma", "Less may be the stated noise.")
 ANGLES_LEFT = limit(0.05, "rad per axis", "Measured angles that are left over are not explained.")

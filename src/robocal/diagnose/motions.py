@@ -32,19 +32,20 @@ def open_motions(model: Model, fit: Fit) -> dict[str, Array]:
     table = fit.problem.table
     there = model.with_values({n: float(seen.x[0, table.index[n]]) for n in model.table.names if n in table})
     others = [i for n, i in names.items() if n not in model.table]
+    # A motion of which a part is held is not open.
+    every = () if there.mechanism is None else there.mechanism.motions.items()
+    whole = [(what, rates) for what, rates in every if set(rates) <= set(names)]
+    rows = np.zeros((len(whole), len(seen.names)))
+    for row, (_, rates) in zip(rows, whole, strict=True):
+        row[[names[n] for n in rates]] = list(rates.values())
+        row /= np.linalg.norm(row)
+    beside = seen.root @ rows.T
+    if others and whole:
+        beside -= seen.root[:, others] @ np.linalg.lstsq(seen.root[:, others], beside, rcond=1e-12)[0]
     out: dict[str, Array] = {}
     span = np.zeros((len(seen.names), 0))
-    for what, rates in () if there.mechanism is None else there.mechanism.motions.items():
-        if not set(rates) <= set(names):
-            continue  # a part of it is held: the motion is not open
-        rate = np.zeros(len(seen.names))
-        rate[[names[n] for n in rates]] = list(rates.values())
-        rate /= np.linalg.norm(rate)
+    for (what, rates), rate, left in zip(whole, rows, beside.T, strict=True):
         new = rate - span @ (span.T @ rate)
-        moved = seen.root @ rate
-        left = moved
-        if others:
-            left = moved - seen.root[:, others] @ np.linalg.lstsq(seen.root[:, others], moved, rcond=1e-12)[0]
         size = float(np.linalg.norm(seen.root[:, [names[n] for n in rates]]))
         if size > 0 and np.linalg.norm(left) <= MOTION_UNSEEN * size and np.linalg.norm(new) > DEPENDENT:
             span = np.column_stack([span, new / np.linalg.norm(new)])

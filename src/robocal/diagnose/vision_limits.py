@@ -16,6 +16,7 @@ LENS_FACTORY_PRIOR = limit(5.0, "px (standard deviation)",
 LENS_DISTORTION_PRIOR = limit(0.1, "(standard deviation)", "So far its distortion may be off.", "tests/real/test_charuco_arm.py")
 LENS_CONTRADICTED = limit(4.0, "sigma", "Chance alone puts a number there once in ten thousand.")
 LENS_MATERIAL = limit(0.5, "of what is normal", "A lens that puts the target elsewhere by less is no reason to take no result.")
+RIG_CHANCE = limit(1e-3, "chance", "A rig that holds is named once in a thousand calibrations at most: a shift must be material too.")
 LENS_PULL = limit(2.0, "sigma of a frame", "A prior that is right pulls a frame by half a sigma: four times that is no chance.")
 TARGET_SIZE_SIGMA = limit(5.0, "sigma", "The errors of a robot are not those of chance, and look like a size up to here.")
 TARGET_SIZE_MATERIAL = limit(1.0, "of what is normal", "A size that puts the target elsewhere by less is within the errors of the robot.")

@@ -30,6 +30,9 @@ ESCAPE_SPEED = (
 ESCAPE_STEPS = 4.0  # grid: of the encoder, over which a jump is asked
 AROUND = 7  # grid: rows, by whose median one is judged
 ALONE = 0.1  # grid: of the middle size of efforts; from row to row a curve changes by less
+PAUSE = np.radians(30.0)  # grid: a rotor that escapes may stand while it is led by twenty degrees
+STAND = np.radians(0.1)  # grid: so little is noise of an angle
+PAUSE_STEPS = 20.0  # grid: of a coarse encoder, in place of these degrees
 LANDING = np.radians(0.3)  # grid: so far friction gives way before the rotor turns again
 
 
@@ -144,7 +147,29 @@ def sweep_of(
     took = time[ahead] - time[behind]
     speed = np.divide(angle[ahead] - angle[behind], took, out=np.zeros(len(angle)), where=took > 0)
     slope = np.divide(speed[ahead] - speed[behind], took, out=np.zeros(len(angle)), where=took > 0)
-    return Sweep(name, unit, time, angle, effort, direction, speed, slope, used, step, flag, lines)
+    made = Sweep(name, unit, time, angle, effort, direction, speed, slope, used, step, flag, lines)
+    return replace(made, used=used & ~_pauses(made))
+
+
+def _pauses(sweep: Sweep) -> Bools:
+    """Rows (m,) in which nobody leads the rotor: before it first moves, after it last moved, and where it stands for as long as thirty
+    degrees take elsewhere. Friction has no direction there."""
+    still = max(STAND, 2 * sweep.step)
+    out = np.zeros(len(sweep), dtype=bool)
+    out[: int(np.argmax(np.abs(sweep.angle - sweep.angle[0]) > still))] = True
+    out[len(out) - int(np.argmax(np.abs(sweep.angle - sweep.angle[-1])[::-1] > still)) :] = True
+    pace = _led_pace(sweep)
+    if not pace:
+        return out
+    until = np.searchsorted(sweep.time, sweep.time + max(PAUSE, PAUSE_STEPS * sweep.step) / pace)
+    begin = np.flatnonzero(until < len(sweep))
+    end = until[begin]
+    stands = np.abs(sweep.angle[end] - sweep.angle[begin]) <= still
+    stands &= sweep.direction[end] == sweep.direction[begin]
+    edges = np.zeros(len(sweep) + 1, dtype=np.int64)
+    np.add.at(edges, begin[stands], 1)
+    np.add.at(edges, end[stands] + 1, -1)
+    return np.asarray(out | (np.cumsum(edges[:-1]) > 0))
 
 
 def lone_rows(sweep: Sweep, times: float) -> Bools:

@@ -52,7 +52,7 @@ def name_order(order: int, slots: int | None, poles: int | None, strong: Sequenc
     for main in strong:
         if 0 < abs(order - main) <= 2:
             return f"sideband of {main}: off its centre"
-    return "once per turn: off its centre" if order == 1 else "no name"
+    return "once per turn: off its centre, or weight of a load" if order == 1 else "no name"
 
 
 def named_share(orders: Sequence[int], amplitudes: Array, slots: int, poles: int) -> float:
@@ -96,4 +96,10 @@ def guess_motor(orders: Sequence[int], amplitudes: Array) -> tuple[int, int] | N
         own = power.get(slots, 0.0) * power.get(poles // 2, 0.0)
         if own > best:
             best, found = own, (slots, poles)
+    # Whose poles are a half of these has its pole pair in the sweep too: what was taken for once is twice per pole pair.
+    if found is None:
+        return None
+    slots, half = found[0], found[1] // 2
+    if half % 2 == 0 and half // 2 in power and lcm(slots, half) == strongest and (slots, half) in _windings():
+        return slots, half
     return found

@@ -171,12 +171,18 @@ def beside_blocks(lin: Linear) -> tuple[Array, Array]:
     priors, and less by what the priors hold otherwise."""
     wide = lin.jm.shape[1]
     taken, whole = np.zeros(len(lin.r)), np.hstack([lin.jm, lin.j]) if wide else lin.j
-    left = whole.copy() if lin.jl.shape[1] else whole
+    left = whole
+    if lin.jl.shape[1]:
+        left, alone = np.empty_like(whole), lin.local < 0
+        if alone.any():
+            left[alone] = whole[alone]
     for _, rows, jl in _blocks(lin):
         u, s, _ = np.linalg.svd(jl, full_matrices=False)
         own = (u * _spans(s)[:, None, :])[:, : rows.shape[1]]
         taken[rows] = np.sum(own**2, axis=2)
-        left[rows] -= own @ (np.swapaxes(own, 1, 2) @ whole[rows])
+        mine = whole[rows]
+        mine -= own @ (np.swapaxes(own, 1, 2) @ mine)
+        left[rows] = mine
     if wide:
         second, left = left[:, :wide], left[:, wide:]
         own = _second(lin, second if lin.keep is None else np.vstack([second, lin.keep]))[: len(second)]

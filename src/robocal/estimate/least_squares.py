@@ -38,6 +38,7 @@ EPS = float(np.finfo(float).eps)
 NEAR = 0.02  # of the cost: what the last step lowered it by when curvature begins to count
 ROUGH = 1e-3  # of the cost: where Huber's loss hands over to Tukey's
 AT_ONCE = 1 << 19  # numbers of normal equations that are kept while a batch moves: more would leave the cache
+SHARED = 8  # problems that begin at one x share what rows say there, which is worth more than the cache
 # Where a descent ends, besides the decrease: the largest cosine between the residual and a column, a step over the expected error.
 ORTHOGONAL, STILL = 1e-13, 1e-15
 # Of several starts, one that costs so many times what another ended with, after so many iterations, leads elsewhere.
@@ -85,7 +86,7 @@ def least_squares(
         return _pseudo_inverse(problem, start, 1 if method == "lse" else max_iterations, tolerance, watch, trail)
     if method not in METHODS:
         raise ModelError("unknown method", found=method, **one_of(method, METHODS))
-    many, tolerances = _at_once(problem, len(start)), _tolerances(cost_tolerance)
+    many, tolerances = _at_once(problem, start), _tolerances(cost_tolerance)
     parts = [
         _descend(
             problem, start[lo : lo + many], lo, max_iterations, tolerances, damping if method == "lm" else 0.0, tolerance, watch, rivals,
@@ -104,13 +105,16 @@ def _tolerances(cost: float) -> Array:
     return np.array([cost, ORTHOGONAL, STILL])
 
 
-def _at_once(problem: Problem, batch: int) -> int:
-    """How many problems of a batch move together."""
-    if batch == 1:
+def _at_once(problem: Problem, start: Array) -> int:
+    """How many problems of a batch move together from start (B, P)."""
+    if len(start) == 1:
         return 1
     n, ((many, size), (more, wide)) = problem.n, problem.sizes
     each = n * n + many * size * (size + n) + more * wide * (wide + n) + len(problem.pairs) * size * wide
-    return max(1, AT_ONCE // max(each, 1))
+    few = AT_ONCE // max(each, 1)
+    if few < SHARED and (start == start[0]).all():
+        return SHARED
+    return max(1, few)
 
 
 def _join(parts: list[Solution]) -> Solution:

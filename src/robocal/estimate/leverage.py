@@ -22,7 +22,7 @@ from robocal.estimate.terms import ProblemTerm, spread
 __all__ = ["leverages"]
 
 EPS = float(np.finfo(float).eps)
-CLEAR = 1e-9  # tolerance: of the largest pivot: columns that data determine, for sure
+CLEAR = 1e-9  # tolerance: of what a column was: columns that data determine, for sure
 HERE = np.zeros(1, dtype=np.int64)
 Key = tuple[str, str]  # sensor group and unit
 
@@ -135,10 +135,12 @@ def _invert(square: Array, scale: Array) -> Array:
     both = np.outer(scale, scale)
     scaled = square * both
     low, failed = scipy.lapack.dpotrf(scaled, lower=1, clean=1)
-    pivots = np.abs(np.diag(low))
-    if not failed and pivots.min() ** 2 > CLEAR * pivots.max() ** 2:
+    own = np.diag(scaled)
+    # Each pivot beside what its column was: rounding of it is less, however differently well columns are known.
+    if not failed and (np.diag(low) ** 2 > CLEAR * own).all():
         half, failed = scipy.lapack.dpotri(low, lower=1)
-        if not failed:
+        # No eigenvalue lies below one over the trace of the inverse: none would be left out.
+        if not failed and np.trace(half) * own.sum() * len(own) * EPS < 1:
             return np.asarray((np.tril(half) + np.tril(half, -1).T) * both)
     values, vectors = np.linalg.eigh(scaled)
     known = values > len(values) * EPS * values[-1]

@@ -212,7 +212,9 @@ def total(
     return Total(problem.free, noise * both, response * scale[:, None] / scale, np.array(scale), float(dof), shared)
 
 
-def uneven(problem: Problem, x: Array, label: Ints | None = None, lin: Linear | None = None) -> float:
+def uneven(
+    problem: Problem, x: Array, label: Ints | None = None, lin: Linear | None = None, known: Squares | None = None
+) -> float:
     """How much larger the covariance of the estimate is than even noise would make it: 1 unless significantly more.
 
     Where a model leaves errors of its own, they may be largest at the poses that decide the fit, and they are the same at
@@ -223,9 +225,9 @@ def uneven(problem: Problem, x: Array, label: Ints | None = None, lin: Linear | 
         E[1/n sum_u |Q_u^T (I - H_u)^(-1/2) r_u|^2] = 1
 
     When that is exceeded by three standard deviations, the jackknife's variance (exponent -1) over its value for even
-    noise is returned; `lin` is the problem linearised there, where the caller has it. Where every configuration has a block of its
-    own, J is what these leave of it; of blocks that have few rows, or priors, nothing is said. Sources: Bell and McCaffrey, Bias
-    reduction in standard errors (2002); MacKinnon and White (1985).
+    noise is returned; `lin` is the problem linearised there, `known` its squares, where the caller has them. Where every
+    configuration has a block of its own, J is what these leave of it; of blocks that have few rows, or priors, nothing is said. Sources:
+    Bell and McCaffrey, Bias reduction in standard errors (2002); MacKinnon and White (1985).
     """
     lin = reweight(problem.linearize(x) if lin is None else lin, problem)
     if not problem.n or len(lin.r) <= problem.n:
@@ -243,10 +245,12 @@ def uneven(problem: Problem, x: Array, label: Ints | None = None, lin: Linear | 
             return 1.0
         lin = replace(lin, j=beside_blocks(lin)[1])
     scaled = lin.j * problem.scales
-    _, values, vt = np.linalg.svd(triangle(np.vstack([triangle(scaled), problem.prior_root * problem.scales])))
-    known = values > Squares.resolution * values.max(initial=0.0)
+    whole = known is not None and not problem.blocks and known.resolution == Squares.resolution
+    root = known.of(problem.free) * problem.scales if known is not None and whole else triangle(scaled)
+    _, values, vt = np.linalg.svd(triangle(np.vstack([root, problem.prior_root * problem.scales])))
+    sure = values > Squares.resolution * values.max(initial=0.0)
     # A direction that is nothing but rounding would have the leverage of rounding.
-    q = scaled @ (vt[known].T / values[known])
+    q = scaled @ (vt[sure].T / values[sure])
     n = float(np.sum(q**2))
     if not n:
         return 1.0
@@ -263,18 +267,18 @@ def uneven(problem: Problem, x: Array, label: Ints | None = None, lin: Linear | 
         part, left = q[rows], r[rows]
         # Of more rows than columns the other components have no leverage.
         short = part.shape[2] if part.shape[2] < count else count
-        turned, whole = np.swapaxes(part, 1, 2), short == count
-        values, vectors = np.linalg.eigh(part @ turned if whole else turned @ part)
-        known = np.minimum(values, MOST_KNOWN)
-        along = np.einsum("uab,ua->ub", vectors, left if whole else np.einsum("uak,ua->uk", part, left)) ** 2
+        turned, full = np.swapaxes(part, 1, 2), short == count
+        values, vectors = np.linalg.eigh(part @ turned if full else turned @ part)
+        taken = np.minimum(values, MOST_KNOWN)
+        along = np.einsum("uab,ua->ub", vectors, left if full else np.einsum("uak,ua->uk", part, left)) ** 2
         # |Q^T V f(w) V^T r|^2 = sum over components of (1 - w) f(w)^2 t^2, because Q Q^T = V (1 - w) V^T.
-        square = along * (known if whole else np.minimum(1.0, MOST_KNOWN / np.maximum(values, MOST_KNOWN)))
-        gentle += float(np.sum(square / (1 - known)))
-        jackknife += float(np.sum(square / (1 - known) ** 2))
-        even += float(np.sum(known / (1 - known)))
+        square = along * (taken if full else np.minimum(1.0, MOST_KNOWN / np.maximum(values, MOST_KNOWN)))
+        gentle += float(np.sum(square / (1 - taken)))
+        jackknife += float(np.sum(square / (1 - taken) ** 2))
+        even += float(np.sum(taken / (1 - taken)))
         # Residuals are in units of their own spread, so what all components have in common does not scatter.
         common = n / (len(lin.r) - own * blocks)
-        spread += float(np.sum(2 * (known - common) ** 2)) + 2 * len(rows) * max(count - own - short, 0) * common**2
+        spread += float(np.sum(2 * (taken - common) ** 2)) + 2 * len(rows) * max(count - own - short, 0) * common**2
     if gentle / n <= 1 + 3 * np.sqrt(spread) / n:
         return 1.0
     return max(jackknife / even, 1.0)

@@ -33,7 +33,7 @@ from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.datamodel import CsvModel, column_model
 from robocal.files.schema import FileModel, Name, Version, validate
 from robocal.files.text import InputFile
-from robocal.files.units import Unit, parse_unit
+from robocal.files.units import Unit, is_unit, parse_unit
 from robocal.files.yamlio import YamlDocument, load
 from robocal.remarks.remark import Remark
 
@@ -234,10 +234,8 @@ def _values(table: CsvTable, what: str, column: str | int, unit: str | None, cou
         example = "rad" if what == "angle" else SI[what].replace(" ", "")
         expected = f"{what} [{example}] in the header, or unit: {example} in a data.yaml"
         raise table.fail(f"the unit of the {what} is not named", column=column, expected=expected)
-    if unit is not None and stated is not None and unit != stated:
-        raise table.fail(
-            "the header states another unit than the data file", column=column, found=stated, expected=unit
-        )
+    if unit is not None and stated is not None and not _same(unit, stated):
+        raise table.fail("the header states another unit than was asked", column=column, found=stated, expected=unit)
     values = table.numbers([column])[:, 0]
     if name in (COUNT, "counts", "steps"):
         if what != "angle" or counts is None:
@@ -245,12 +243,18 @@ def _values(table: CsvTable, what: str, column: str | int, unit: str | None, cou
             raise table.fail("encoder counts say no angle", column=column, found=name, expected=expected)
         return np.asarray(values * 2 * np.pi / counts)
     known: Unit = parse_unit(name, SI[what], file=table.path, column=column)
-    if what == "angle" and known.name != "turn" and _counted(values):
+    if what == "angle" and _counted(values):
         found = f"whole numbers up to {np.abs(values).max():.0f}"
         raise table.fail(
             "the angle looks like encoder counts", column=column, found=found, expected="unit: count, with counts: N"
         )
     return np.asarray(known.to_si(values))
+
+
+def _same(one: str, other: str) -> bool:
+    """Whether two names are of one unit, as deg and the sign of degrees."""
+    known = is_unit(one) and is_unit(other)
+    return one == other or (known and parse_unit(one).name == parse_unit(other).name)
 
 
 def _counted(values: Array) -> bool:

@@ -22,12 +22,14 @@ import numpy as np
 
 from robocal._record import record
 from robocal._types import Array
+from robocal.diagnose.drive_limits import CELLS_LOSE
 from robocal.errors import FormatError, look_up
 from robocal.files.motor_file import MotorFile
 
 __all__ = ["FORMS", "CompensationTable", "compensation_table", "read_table", "table_text"]
 
 ODRIVE_CELLS = 3600
+FINER = 8  # grid: places within a cell, at which its line is compared
 INT16 = 32767
 RULES = (
     "add the value to the command: it is what the rotor asks for at this angle",
@@ -70,11 +72,24 @@ def compensation_table(
         values = fine.mean(axis=0, keepdims=True) * factor
         friction = False
     else:
+        _check_cells(motor, cells)
         values = motor.curves(cells) * factor
         if friction:
             values = values + factor * motor.coulomb * np.array([[1.0], [-1.0]])
     scale = _scale(values) if form == "c" else 1.0
     return CompensationTable(_round(values, form, scale), wanted, friction, motor.name, k_c, scale)
+
+
+def _check_cells(motor: MotorFile, cells: int) -> None:
+    """Whether lines from cell to cell keep the curve. Raises FormatError."""
+    fine = motor.curves(FINER * cells)
+    ends = np.concatenate([fine[:, ::FINER], fine[:, :1]], axis=1)
+    at = np.arange(FINER * cells) / FINER
+    left = fine - np.array([np.interp(at, np.arange(cells + 1), row) for row in ends])
+    lost = float(np.sum(left**2) / max(float(np.sum((fine - fine.mean()) ** 2)), 1e-300))
+    if lost > CELLS_LOSE:
+        needed = f"at least {8 * max(motor.cogging.orders, default=1)}" if motor.table is None else "more cells"
+        raise FormatError(f"so few cells lose {lost:.0%} of the curve", key="--cells", found=cells, expected=needed)
 
 
 def _scale(values: Array) -> float:

@@ -212,9 +212,10 @@ class AgreementRow:
 
 @record(kw_only=True)
 class ObstacleRow:
-    """Names that the data do not tell: rivals are groups that would have to be known; noise: with all others known they say too little."""
+    """Names that the data do not tell: rivals are groups that would have to be known; own: others of their group too; noise: with all
+    known the data say too little."""
 
-    why: Literal["rivals", "noise"]
+    why: Literal["rivals", "own", "noise"]
     names: list[str] = field(default_factory=list)
     rivals: list[str] = field(default_factory=list)
 

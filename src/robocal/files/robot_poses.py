@@ -60,7 +60,7 @@ MAKERS: Mapping[str, Maker] = MappingProxyType({
 class RobotPoses:
     """Poses T_base_flange (m, 4, 4) in SI; name and time (s, or None) of each; `notation`: how the numbers were read; `numbers` (m, k),
     `columns` and `form` of their orientations as they stand in the file, angles in rad, with the `order` of these; `clock`: the unit of
-    times that a header states."""
+    times that a header states; `length`: the unit of places."""
 
     names: tuple[str, ...] | None
     times: Array | None
@@ -72,6 +72,7 @@ class RobotPoses:
     clock: str = ""
     columns: tuple[str, ...] = ()
     order: str = ""
+    length: str = ""
 
     def __len__(self) -> int:
         return len(self.pose)
@@ -158,7 +159,8 @@ class _Reader:
         words = f"{', '.join(place)} in {length.name}; {said}"
         times, clock = read_times(source)
         pose = se3.compose(turn, t)
-        return RobotPoses(source.names, times, pose, words, form, numbers, source.files, clock, tuple(names), order)
+        files, columns = source.files, tuple(names)
+        return RobotPoses(source.names, times, pose, words, form, numbers, files, clock, columns, order, length.name)
 
     def _columns(self, options: Sequence[Sequence[str]], what: str, expected: str) -> tuple[str, ...]:
         for names in options:

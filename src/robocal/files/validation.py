@@ -43,6 +43,7 @@ class ValidationDocument(Document):
     reasons: list[str]
     errors: ErrorsPart
     angle: ErrorsPart | None
+    torque: ErrorsPart | None = None
     layer: dict[str, Any] | None
     gain: GainPart | None
     predicting_the_mean: UnitValue | None

@@ -194,6 +194,7 @@ def hand_eye(
     *,
     camera: str = 'hand',
     lens: _Path | None = None,
+    rig: _Path | None = None,
     free_lens: bool = False,
     free_delay: bool = False,
     free_size: bool = False,
@@ -230,6 +231,7 @@ def hand_eye(
     robot: The robot's poses, flange in base: a CSV, or a folder with a YAML file for each.
     camera: Where the camera is: in the hand, or fixed beside the robot.
     lens: The lens of the images: lens.yaml, or a file of OpenCV, ROS, Kalibr or a depth camera.
+    rig: Cameras that are bolted to the one in the hand: a YAML file with the corners, lens and place of each.
     free_lens: Find the lens too: known as lens.yaml says, else to 10 px (focal length, centre) and 0.1 (distortion), or by these views.
     free_delay: Find how far the camera's clock is behind that of the robot too: poses with times, of a hand that moves.
     free_size: Find the size of the target too: the robot's poses say how long a metre is.

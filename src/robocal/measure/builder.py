@@ -16,7 +16,9 @@ from robocal.measure.data import Configurations, Frame, Observations
 from robocal.measure.machine import Mechanism, Model, freedom_of, joints_of
 from robocal.parameters import ParameterTable
 
-__all__ = ["Builder", "gather", "place_of", "places_of"]
+__all__ = ["OFFSET", "Builder", "gather", "offset_of", "offsets_of", "place_of", "places_of"]
+
+OFFSET = "offset"  # the option of an instrument that sits on another frame: where on it
 
 
 @record
@@ -144,19 +146,19 @@ class Builder:
         """What `view` sees of `seen`, or of what carries it, with `after` behind it."""
         if obs.frame is None:
             return self.tool(configuration, after=after)
-        own = frame_element(obs.frame.name)
+        own = instrument_elements(obs)
         if obs.frame.mount == "base":
             if seen is None or seen.mount == "tool":
-                return self.tool(configuration, before=[own], after=after)
-            return self.path([own, *after], configuration)
-        sensor = gather(lambda where: Inverse(self.tool(where, after=[own])), configuration)
+                return self.tool(configuration, before=own, after=after)
+            return self.path([*own, *after], configuration)
+        sensor = gather(lambda where: Inverse(self.tool(where, after=own)), configuration)
         return Product(sensor, self.path(after, configuration)) if after else sensor
 
     def instrument(self, obs: Observations, configuration: Ints) -> Carrier | None:
         """T_base_instrument; None of one that tells base coordinates."""
         if obs.frame is None:
             return None
-        own = [frame_element(obs.frame.name)]
+        own = instrument_elements(obs)
         return (
             self.tool(configuration, after=own) if obs.frame.mount == "tool" else Inverse(self.path(own, configuration))
         )
@@ -172,6 +174,31 @@ class Builder:
         groups = [[t] for t in range(len(obs.targets)) if t not in local] + ([local] if local else [])
         found = [(np.flatnonzero(np.isin(obs.target, group))) for group in groups]
         return [(int(obs.target[index[0]]), index) for index in found if len(index)]
+
+
+def offset_of(obs: Observations) -> Frame | None:
+    """Where on its frame the instrument sits, T_frame_instrument; None of one that is the frame itself. Raises ModelError of a frame on
+    the base, which stores the other direction."""
+    offset = obs.options.get(OFFSET)
+    if offset is None:
+        return None
+    if not isinstance(offset, Frame) or obs.frame is None or obs.frame.mount != "tool":
+        raise ModelError(
+            "an offset without a frame on the tool", key=obs.label, expected="a frame that the tool carries"
+        )
+    return offset
+
+
+def offsets_of(obs: Observations) -> tuple[Frame, ...]:
+    """The frame of the offset, where there is one."""
+    offset = offset_of(obs)
+    return () if offset is None else (offset,)
+
+
+def instrument_elements(obs: Observations) -> list[Element]:
+    """The frame of an instrument, and where on it the instrument sits."""
+    assert obs.frame is not None
+    return [frame_element(f.name) for f in (obs.frame, *offsets_of(obs))]
 
 
 def place_of(obs: Observations) -> Frame:

@@ -7,7 +7,8 @@ symbols to identify. options["known"] are symbols with a prior that they share, 
 options["together"] are priors that targets share, as the markers of a map. Where extra["growth"] (k, 3) is given, the points of each
 target are at X + e growth: e, the parameter `target.edge`, is by how much its printed squares are larger than stated. options["print"]
 names what was printed all together, whose size is a parameter: points are at `print.size` X, within options["print sigma"]. The frame is
-the camera's: mounted on "tool" it is a camera in hand, mounted on "base" a fixed one.
+the camera's: mounted on "tool" it is a camera in hand, mounted on "base" a fixed one. options["offset"] is a frame T_frame_camera of a
+camera that is bolted to the one whose frame it is.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ import numpy as np
 from robocal._types import Array, Bools, Ints
 from robocal.estimate.losses import Loss
 from robocal.estimate.terms import Normal
-from robocal.measure.builder import Builder
+from robocal.measure.builder import Builder, offsets_of
 from robocal.measure.data import Observations
 from robocal.measure.rows import NONE, Kind, Rows, SightRows, register
 from robocal.measure.sights.correlations import (
@@ -338,6 +339,7 @@ FACTORS = (PINHOLE[:2], PINHOLE)  # the focal length, and the size of the image
 PIXELS = register(
     Kind(
         "pixels", 2, terms, parameters, ((0, 2, "px"),), owner="camera", unstated=0.1, scale=SCALE, together=together, views=True,
+        frames=offsets_of,
         factors=FACTORS,
     )
 )  # fmt: skip

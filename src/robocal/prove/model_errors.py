@@ -34,6 +34,7 @@ class Errors:
     values: Mapping[str, float] = field(default_factory=dict)  # of every parameter of the problem
     poses: Array | None = None  # frame vectors (U, 6) of configurations whose poses were fitted too
     converged: bool = True  # whether that fit came to its end
+    torque: Array = field(default_factory=lambda: np.zeros(0))  # of joints (M,), N m
 
     @property
     def factor(self) -> float:
@@ -67,7 +68,8 @@ def model_errors(
     rows = sum(r.value.size for r in residuals)
     values = dict(zip(problem.table.names, x[0].tolist(), strict=False))
     poses = x[0, problem.places[0]].reshape(-1, 6) if problem.blocks else None
-    return Errors(position, position_at, angle, fitted, rows, values, poses, made.converged)
+    torque = errors(residuals, "N m")[0]
+    return Errors(position, position_at, angle, fitted, rows, values, poses, made.converged, torque)
 
 
 def tool_positions(model: Model, data: DataSet, found: Errors) -> Array:

@@ -2,7 +2,8 @@
 
     new    singular values above 1 of the columns so far, less those of the groups before
     open   numbers that the data, with everything else unknown too, narrow to half of what was expected
-    rest   rivals: the fewest groups that would have to be known; or noise: with all others known the data would say too little
+    rest   rivals: the fewest groups that would have to be known; own: the others of its group too; noise: with all known the data
+           would say too little
 
 The choice of columns and the shares are those of the fit (`estimate.identifiability`); nothing is fitted here. With R of the data and E of
 what is expected, the information is A = R^T R + (E E^T)^-1; that a group is known takes its rows and columns out of A.
@@ -36,7 +37,8 @@ OPEN, PART, NONE, FIXED = "open", "in part", "not open", "fixed"
 
 @record
 class Obstacle:
-    """Names that are not told, and why: rivals, groups that would have to be known for it; or noise, where no others would help."""
+    """Names that are not told, and why: rivals, groups that would have to be known for it; own, where the others of its group would have to
+    be as well; or noise, where nothing else would help."""
 
     why: str
     names: tuple[str, ...]
@@ -81,7 +83,9 @@ def open_groups(made: Decision[Model]) -> tuple[OpenedGroup, ...]:
                 rest.setdefault(rivals[n], []).append(n)
         state = FIXED if not free else OPEN if not rest else PART if open_ else NONE
         obstacles = (
-            Obstacle("rivals" if known else "noise", tuple(names), tuple(ORDER[i] for i in known or ()))
+            Obstacle("own", tuple(names))
+            if known == (k,)
+            else Obstacle("rivals" if known else "noise", tuple(names), tuple(ORDER[i] for i in known or ()))
             for known, names in rest.items()
         )
         out.append(OpenedGroup(name, len(free), new[k], open_, state, tuple(obstacles)))
@@ -118,7 +122,8 @@ def _directions(seen: Identifiability, of: Ints) -> list[int]:
 
 
 def _rivals(seen: Identifiability, of: Ints) -> Mapping[str, tuple[int, ...] | None]:
-    """Of every name the fewest other groups that, were they known, would let the data tell it; the first of several. None: not with all."""
+    """Of every name the fewest other groups that, were they known, would let the data tell it; the first of several. Its own
+    group: where all else is known, others of that too. None: not with all."""
     out: dict[str, tuple[int, ...] | None] = dict.fromkeys(seen.names)
     poor = np.flatnonzero(np.asarray(seen.share) < CLAIM)
     scale, groups = seen.problem.scales, sorted(set(of.tolist()))
@@ -127,7 +132,10 @@ def _rivals(seen: Identifiability, of: Ints) -> Mapping[str, tuple[int, ...] | N
     information = rows.T @ rows
     # What all others together cannot open, fewer cannot.
     every = {i: tuple(k for k in groups if k != of[i]) for i in poor.tolist()}
-    poor = np.array([i for i in every if _share(information, of, every[i], [i])[0] >= CLAIM], dtype=np.int64)
+    apart = {i for i in every if _share(information, of, every[i], [i])[0] >= CLAIM}
+    alone = 1 - 1 / np.diag(information)
+    out |= {seen.names[i]: (int(of[i]),) for i in every if i not in apart and alone[i] >= CLAIM}
+    poor = np.array(sorted(apart), dtype=np.int64)
     for count in range(len(groups)):
         for known in combinations(groups, count):
             some = poor[~np.isin(of[poor], known)]

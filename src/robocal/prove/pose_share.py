@@ -28,6 +28,7 @@ __all__ = ["PoseShare", "pose_share"]
 
 RATIOS = np.concatenate([[0.0], np.logspace(-6, 6, 97)])  # grid: of p^2 and q^2 to v^2
 SWEEPS = 4  # grid: over one ratio, then over the other
+MOST = 1e12  # tolerance: of a P P': beyond, the 1 beside it is lost in rounding, and V is singular
 RANK = 1e-10  # tolerance: of the largest singular value: a direction that no row tells
 
 
@@ -89,12 +90,14 @@ class _PoseRows:
             size = np.linalg.slogdet(v)[1].sum(axis=1) + np.linalg.slogdet(inner)[1]
             return -0.5 * (size + count * np.log(variance)), variance
 
-        told, variance = likelihood(RATIOS, RATIOS)
+        # Of poses that were computed noise is 1e-12 m, and a robot's error beside it is no number any more.
+        ratios = RATIOS[np.max(self.pose**2, initial=0.0) * RATIOS <= MOST]
+        told, variance = likelihood(ratios, ratios)
         none, square = float(told[0]), float(variance[0]) * count
-        best = np.array([RATIOS[told.argmax()]] * 2)
+        best = np.array([ratios[told.argmax()]] * 2)
         for sweep in range(SWEEPS):
-            tried = np.repeat(best[None], len(RATIOS), axis=0)
-            tried[:, sweep % 2] = RATIOS
+            tried = np.repeat(best[None], len(ratios), axis=0)
+            tried[:, sweep % 2] = ratios
             told, variance = likelihood(*tried.T)
             best, most, v = tried[told.argmax()], float(told.max()), float(variance[told.argmax()])
         robot = float(np.sum(self.pose**2) - np.sum(np.einsum("mri,mrj->mij", basis, self.pose) ** 2))

@@ -157,7 +157,7 @@ def _holds(
     nearer = 2 * abs(float(np.mean(np.sum(moved * drift, axis=1))))
     chance = _chance(context, jac, at, moved, square - nearer)
     found = far, float(np.sqrt(square)), chance
-    if not np.isfinite(found).all():
+    if not np.isfinite(found).all() or not any(found[:2]):  # masses and friction move no position
         return None
     proof, joints = context.proof, context.need_data.configurations.joints
     # What was held out tells of the measured range, unless it stood beside what was fitted; of a frame it tells nothing.

@@ -146,11 +146,13 @@ def _agreement(found: Any) -> Iterator[Block]:
 
 
 ASKED = {
-    "": "not free in the files",
+    "": "nothing of it was free",
     "path": "no path was measured: nothing would show it",
     "asked": "never free; along this path nothing asks for one",
     "late": "never free; the readings ask for one",
 }
+
+OBSTACLES = {"own": "only if one knew others of this group too", "noise": "these data say too little"}
 
 
 def _opened(found: Any) -> Iterator[Block]:
@@ -173,7 +175,7 @@ def _obstacles(group: Any) -> str:
     if group.state == "fixed":
         return ASKED[group.asked]
     told = (
-        f"{_names(o.names)}: " + (f"if one knew {' and '.join(o.rivals)}" if o.rivals else "these data say too little")
+        f"{_names(o.names)}: " + (f"if one knew {' and '.join(o.rivals)}" if o.rivals else OBSTACLES[o.why])
         for o in group.rest
     )
     return "; ".join(told) or "-"

@@ -211,7 +211,10 @@ def steps(result: Any, folder: Path | None, explain: bool = False) -> list[str]:
             }
         else:
             commands = {f"validate {place} OTHER_DATA": "the errors on other data"}
-            commands |= {f"compensate {place} TARGETS": "corrected targets"} if result.robot.joints else {}
+            moves = (
+                result.robot.joints and result.working_range is not None
+            )  # what moves no position corrects no target
+            commands |= {f"compensate {place} TARGETS": "corrected targets"} if moves else {}
         return ["; ".join(f"robocal {c}{f' ({why})' if explain else ''}" for c, why in commands.items())]
     if result.verdict.status == "located":
         copied = "copy the frames above to what works with them"

@@ -52,7 +52,11 @@ def validation_head(found: Any) -> dict[str, Any]:
 
 def validation_sections(found: Any) -> Iterator[Section]:
     """The errors of a model, and of another one, from a `ValidationDocument`."""
-    head: list[Block] = [Text.of((found.robot, "strong"), f"   {len(found.poses)} measured positions")]
+    torque = found.torque.this if found.torque is not None else None
+    much = (
+        f"{torque.n} torques of joints" if torque and not len(found.poses) else f"{len(found.poses)} measured positions"
+    )
+    head: list[Block] = [Text.of((found.robot, "strong"), f"   {much}")]
     if found.offsets is not None:
         head += quiet(f"judged: the nominal robot with the joint offsets of {found.offsets}")
     if found.reasons:
@@ -98,13 +102,13 @@ def _map(found: Any) -> Iterator[Block]:
 
 
 def _errors(found: Any) -> Iterator[Block]:
-    """A table of lengths and one of angles."""
-    for part in (found.errors, found.angle):
+    """A table of lengths, one of angles and one of torques."""
+    for part in (found.errors, found.angle, found.torque):
         if part is None or part.this is None:
             continue
         both = {"this robot": part.this, "against": part.against}
         rows = [(label, *spread(s), OWN_FITTED if s.profiled else "") for label, s in both.items() if s is not None]
-        if found.predicting_the_mean is not None and part is found.errors:
+        if found.predicting_the_mean is not None and part.unit == found.predicting_the_mean.unit:
             rows.append(("predicting the mean", figure(found.predicting_the_mean.value), "", "", "", "", ""))
         yield table(f"error [{part.unit}]", *SPREAD, "", right=(1, 2, 3, 4, 5), rows=rows)
 

@@ -18,6 +18,7 @@ from robocal._types import Array
 from robocal.fit.starts.target_rows import TargetRows, frame_values, start
 from robocal.geometry import fits, se3, so3
 from robocal.measure.bearing import directions
+from robocal.measure.builder import offsets_of
 
 __all__ = ["hand_eye", "point_start", "poses", "relative_hand"]
 
@@ -154,6 +155,8 @@ def poses(seen: TargetRows, measured: Array, machine: Array) -> list[dict[str, f
     if frame is None or not any(frame.free):
         return []
     if seen.outside is None:
+        for offset in offsets_of(seen.obs):
+            measured = se3.from_vector(offset.value) @ measured
         return _in_hand(seen, measured, machine)
     machine = seen.at(machine)
     out = []

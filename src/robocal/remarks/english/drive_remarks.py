@@ -22,6 +22,18 @@ class DriveRemarks:
         "{places:.0f} angles per turn were read: orders above {highest} cannot be told",
         "Sweep slower, or log more often.",
     )
+    DRIVE_PACE = Phrase(
+        "the log of {log} moves at {speed:.3g} deg/s: no sweep is led so {word}",
+        "Correct the unit of the time; if it is right, sweep at about 3 deg/s.",
+    )
+    DRIVE_AT_LIMIT = Phrase(
+        "{share:.0%} of the rows of {log} stand at one effort, {value:.4g} {unit}: a limit of the drive cuts the curve off",
+        "Raise the limit of the current, and sweep again.",
+    )
+    DRIVE_OTHER_GAIN = Phrase(
+        "the log of {log} shows {gain:.3g} times the curve of this table",
+        "Correct the unit of the effort, or its torque constant.",
+    )
     DRIVE_SPEED_HIDES = Phrase(
         "a table of positions explains {share:.0%} of the effort on unseen arcs: at {speed:.3g} rad/s the speed hides the torque",
         "Sweep slowly, at about 3 deg/s, led by a proportional position loop.",

@@ -167,6 +167,11 @@ class MapRemarks:
         "Find it too (--free-lens), or calibrate it again with images of the same focus: robocal vision intrinsics. Where it was "
         "found here already, give lens.yaml of the result as --lens.",
     )
+    RIG_CONTRADICTED = Phrase(
+        "{count} views of one moment have {camera} elsewhere on the rig than its file: a target is {shift:.2g} and {turn:.2g} off",
+        "Check direction (T_first_camera) and units of its place in the file of --rig, and which corners and lens are whose. Or write "
+        "free: true beside it.",
+    )
     TARGET_SIZE_CONTRADICTED = Phrase(
         "by the robot's poses the target is {factor:.4f} times as large as stated ({z:.0f} sigma), which puts it elsewhere by {shift:.2g}",
         "Measure the target again and state its size (--size, --square, scale in sheet.yaml), or find it with --free-size. Check the "

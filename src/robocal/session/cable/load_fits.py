@@ -11,6 +11,7 @@ import numpy as np
 from robocal._record import record
 from robocal._types import Array
 from robocal.cables.rope import ELASTICITY, EXPONENT, WEIGHT, Rope, rope, strain_slopes
+from robocal.errors import FormatError
 from robocal.files.dataset import Reading, read_datasets
 from robocal.fit.options import Options
 from robocal.measure.base import predict_rows
@@ -20,10 +21,16 @@ from robocal.prove.decision import Decision, decide
 from robocal.prove.results import ParameterResult, parameter_results
 from robocal.prove.statistics import Statistic
 from robocal.prove.verdict import Verdict, verdict_of
-from robocal.remarks.remark import Remark
+from robocal.remarks.english import declare
+from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["LoadFit", "Loads", "fit_loads"]
+__all__ = ["NOT_ABOVE", "LoadFit", "Loads", "fit_loads"]
 
+NOT_ABOVE = declare(
+    "load-not-above",
+    "the loads leave the {what} of the cable between {low:.3g} and {high:.3g} (95 %), and every cable has one above zero",
+    "Check units and columns of the loads, and that larger elongations count up. Else measure more loads, farther apart.",
+)
 MIDDLE = 100.0  # N, where no load is above zero
 
 
@@ -49,10 +56,19 @@ class LoadFit:
         """Whether it is better than what the robot's file says."""
         return verdict_of(self.decision)
 
+    @cached_property
+    def below(self) -> Remark | None:
+        """That the loads do not tell a weight or an elasticity above zero, where they do not."""
+        for p in self.parameters:
+            if p.name in (WEIGHT, ELASTICITY) and p.interval is not None and not p.interval[0] > 0:
+                low, high = (Quantity(v, p.unit) for v in p.interval)
+                return Remark.of(NOT_ABOVE, what=p.name.rpartition(".")[2], low=low, high=high)
+        return None
+
     @property
     def refused(self) -> bool:
         """Whether these loads are not those of such a cable."""
-        return self.verdict.status == "refused"
+        return self.verdict.status == "refused" or self.below is not None
 
     @cached_property
     def unseen(self) -> Statistic | None:
@@ -131,7 +147,8 @@ class Loads:
     def refused(self) -> tuple[Remark, ...]:
         """Why these loads must not be trusted."""
         taken = [f for f in (self.weight, self.law) if f is not None and f.refused]
-        return tuple(dict.fromkeys(r for f in taken for r in f.verdict.remarks))
+        why = ((f.below,) if f.below is not None else f.verdict.remarks for f in taken)
+        return tuple(dict.fromkeys(r for some in why for r in some))
 
 
 def fit_loads(
@@ -152,6 +169,13 @@ def fit_loads(
             made = decide(rope(0.0, elasticity, reference=middle, free=free), longer, Options(), watch)
             if set(free) <= set(made.need_fit.problem.free):
                 found = _with(found, **{name: LoadFit(name, made)})
+        if found.constant is None:
+            span = f"{len(pulls)} of {pulls.min():.4g} to {pulls.max():.4g} N"
+            expected = "loads of different tensions, or offset: {value: 0, unit: mm, free: false}"
+            source = longer.observations[0].source
+            raise FormatError(
+                "these loads tell no elasticity", file=source, key="tension", found=span, expected=expected
+            )
     return found
 
 

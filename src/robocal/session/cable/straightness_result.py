@@ -110,7 +110,7 @@ class Straightness(CableResult):
                 (
                     name,
                     hang,
-                    float(size[row, cable]),
+                    float(np.abs(change[row, cable])),
                     f"{self.robot.cables[cable]} at {self.names[row]}",
                     place,
                     turn,

@@ -9,7 +9,15 @@ from math import lcm
 import numpy as np
 
 from robocal._types import Array, Bools
-from robocal.diagnose.drive_limits import QUICK_RIPPLE, READING_EXPLAINS, SLOTS_NAME, TABLE_EXPLAINS
+from robocal.diagnose.drive_limits import (
+    AT_LIMIT,
+    LEAST_PACE,
+    MOST_PACE,
+    QUICK_RIPPLE,
+    READING_EXPLAINS,
+    SLOTS_NAME,
+    TABLE_EXPLAINS,
+)
 from robocal.drives.drive_sweep import Sweep, sweep_of
 from robocal.drives.order_names import guess_motor, named_share
 from robocal.remarks.code import Code
@@ -19,6 +27,8 @@ from robocal.session.drive.drive_fit import HIGHEST, choose, highest_order, mome
 __all__ = ["check_coverage", "check_motor", "check_reading", "check_share", "other_readings"]
 
 FEW = 6  # grid: orders, by which another reading is tried
+LEVELS = 20  # grid: a coarser effort has its largest value often by itself
+CROWD = 5  # grid: times the rows at the next value; of a round top that is told in steps it is 2.4
 TURNS = 5000  # grid: of a reading that no log has
 
 
@@ -31,9 +41,31 @@ def check_coverage(sweeps: Sequence[Sweep], used: Sequence[Bools]) -> Iterator[t
     one = [p for p in parts if len(np.unique(p.direction)) < 2]
     if len(one) == len(parts):
         yield Remark.of(Code.DRIVE_ONE_DIRECTION, log=one[0].name), True
+    for part in parts:
+        pace = part.median_speed
+        if not LEAST_PACE <= pace <= MOST_PACE:
+            word = "slowly" if pace < LEAST_PACE else "fast"
+            yield Remark.of(Code.DRIVE_PACE, log=part.name, speed=float(np.degrees(pace)), word=word), True
+        cut = _cut_off(part)
+        if cut is not None:
+            yield cut, True
     highest, places = highest_order(sweeps, used)
     if highest < HIGHEST:
         yield Remark.of(Code.DRIVE_ORDERS_UNSEEN, places=places, highest=highest), False
+
+
+def _cut_off(sweep: Sweep) -> Remark | None:
+    """The effort at which many rows stand, largest of all of one sign; None where there is none."""
+    values, counts = np.unique(sweep.effort, return_counts=True)
+    if len(values) < LEVELS:
+        return None
+    for end, next_to in ((-1, -2), (0, 1)):
+        if counts[end] > AT_LIMIT * len(sweep) and counts[end] > CROWD * counts[next_to]:
+            share = float(counts[end] / len(sweep))
+            return Remark.of(
+                Code.DRIVE_AT_LIMIT, share=share, log=sweep.name, value=float(values[end]), unit=sweep.unit
+            )
+    return None
 
 
 def other_readings(sweep: Sweep) -> Iterator[tuple[str, Sweep]]:
@@ -100,7 +132,7 @@ def check_motor(orders: Sequence[int], amplitudes: Array, slots: int | None, pol
     times = _gear(orders, amplitudes, slots, poles)
     if times > 1:
         yield Remark.of(Code.DRIVE_GEAR, times=times, slots=slots, poles=poles)
-    elif share < SLOTS_NAME or (strongest % slots and strongest % (poles // 2)):
+    elif share < SLOTS_NAME or (strongest % slots and strongest % poles and strongest != poles // 2):
         others = None if guess is None else f"{guess[0]} slots and {guess[1]} poles"
         yield Remark.of(Code.DRIVE_SLOTS_UNLIKE, slots=slots, poles=poles, share=share, others=others)
     own = [n for n in (poles // 2, poles) if n in orders]

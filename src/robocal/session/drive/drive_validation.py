@@ -140,17 +140,24 @@ def _judge(
     warnings, reasons = list(log.remarks), list[Remark]()
     name = log.path.name
     whole = explain(motor, log.sweep, used) if len(parts) > 1 else next(iter(parts.values()))
+    foreign = all(e.gain < OTHER_GAIN for e in parts.values())
     shift, mirrored, share = best_shift(motor, log.sweep, used)
-    if share > TABLE_EXPLAINS and whole.alone < SHIFT_BETTER * share and (mirrored or abs(shift) > SHIFT_LEAST):
+    if (
+        share > TABLE_EXPLAINS
+        and whole.alone < SHIFT_BETTER * share
+        and (mirrored or abs(shift) > SHIFT_LEAST or foreign)
+    ):
         moved, turned = float(np.degrees(shift)), "reversed" if mirrored else None
         alone = max(whole.alone, 0.0)
         reasons.append(
             Remark.of(Code.DRIVE_OTHER_ZERO, share=share, log=name, shift=moved, alone=alone, reversed=turned)
         )
-    elif all(e.gain < OTHER_GAIN for e in parts.values()):
+    elif foreign:
         reasons.append(
             Remark.of(Code.DRIVE_OTHER_MOTOR, log=name, gain=max(whole.gain, 0.0), best=max(whole.best, 0.0))
         )
+    elif all(e.gain > 1 / OTHER_GAIN for e in parts.values()):
+        reasons.append(Remark.of(Code.DRIVE_OTHER_GAIN, log=name, gain=whole.gain))
     elif False in parts and parts[False].best < TABLE_EXPLAINS:
         warnings.append(Remark.of(Code.DRIVE_NO_POSITION_TABLE, best=parts[False].best))
     warnings += _flags(log.sweep, on)

@@ -5,12 +5,12 @@ Y_i free, lens free:    z = |number - given| / sigma of both,    material where 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from robocal._record import replace
-from robocal._types import Array
+from robocal._types import Array, Bools
 from robocal.diagnose.camera_changes import half_turn
 from robocal.diagnose.camera_views import AXES_EXCHANGED, IMAGE_MIRRORED, TARGET_TURNED, VIEWS_SHIFTED
 from robocal.diagnose.half_turns import undo_half_turns
@@ -18,6 +18,7 @@ from robocal.diagnose.segments.find import find_segments
 from robocal.diagnose.vision_limits import HAND_STILL, HAND_TURNS, LENS_CONTRADICTED, LENS_MATERIAL, LENS_PULL
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.uncertainty import uncertainty
+from robocal.fit.baseline import fit_baseline
 from robocal.geometry import se3, so3
 from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Observations
@@ -137,7 +138,7 @@ def find_moves(opened: HandEyeData, made: Decision[Rig]) -> list[Remark]:
 
 def find_turned(opened: HandEyeData, made: Decision[Rig]) -> Remark | None:
     """A few views that are labelled from the other end of the board: gross as they are, they fit with half a turn."""
-    (obs,) = made.need_data.observations
+    obs = made.need_data.observations[0]
     if obs.kind != "pixels" or half_turn(obs) is None:
         return None
     asked = replace(obs, options={**obs.options, HALF_TURNS: True})
@@ -146,17 +147,29 @@ def find_turned(opened: HandEyeData, made: Decision[Rig]) -> Remark | None:
     if not turned.any():
         return None
     rows = turned[obs.configuration]
-    errors = []
-    for data in (made.need_data, replace(done, observations=(replace(done.observations[0], options=obs.options),))):
-        problem = build(made.model, data, values=made.values)
-        off = problem.residuals(problem.start)[0].value[rows]
-        errors.append(float(np.median(np.linalg.norm(off, axis=-1))))
-    stated, left = errors
+    undone = replace(done, observations=(replace(done.observations[0], options=obs.options),))
+    stated, left = _left_of(made, (made.need_data, undone), made.values, rows)
+    if left * TURNED_CLEARLY > stated:
+        # Views that are turned may pull a fit so far that nothing fits any more: frames as the others have them.
+        with np.errstate(all="ignore"):
+            base = fit_baseline(made.model, undone, np.arange(len(undone.configurations)), "tukey")
+        values = {**made.values, **dict(zip(base.problem.table.names, base.x[0].tolist(), strict=False))}
+        stated, left = _left_of(made, (made.need_data, undone), values, rows)
     if left * TURNED_CLEARLY > stated:
         return None
     names = tuple(opened.views[i] for i in np.flatnonzero(turned).tolist())
     pixels = {"stated": Quantity(stated, "px"), "left": Quantity(left, "px")}
     return Remark.of(Code.LABELS_TURNED, count=len(names), total=len(opened.views), views=names, **pixels)
+
+
+def _left_of(made: Decision[Rig], some: Sequence[DataSet], values: Mapping[str, float], rows: Bools) -> list[float]:
+    """The median error of some rows in each of these data."""
+    out = []
+    for data in some:
+        problem = build(made.model, data, values=values)
+        off = problem.residuals(problem.start)[0].value[rows]
+        out.append(float(np.median(np.linalg.norm(off, axis=-1))))
+    return out
 
 
 def stands_still(opened: HandEyeData) -> Remark | None:
@@ -187,7 +200,7 @@ def find_mirrored(opened: HandEyeData, made: Decision[Rig]) -> Iterator[Remark]:
     """A lens that is found beside the robot meets mirrored images with a focal length below 0."""
     if opened.lens is None or made.values.get(f"{CAMERA}.fx", 1.0) * made.values.get(f"{CAMERA}.fy", 1.0) > 0:
         return
-    (obs,) = made.need_data.observations
+    obs = made.need_data.observations[0]
     problem = build(made.model, made.need_data, values=made.values)
     off = problem.residuals(problem.start)[0].value
     left = Quantity(float(np.median(np.linalg.norm(off, axis=-1))), "px")

@@ -22,8 +22,10 @@ from robocal.measure.pixels import HALF_TURNS
 from robocal.progress import Watch
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
+from robocal.session.vision.corner_table import CAMERA
 from robocal.session.vision.hand_eye_joints import read_joint_poses
 from robocal.session.vision.hand_eye_pair import Pairs, pair_views, some_names
+from robocal.session.vision.hand_eye_rig import RigViews, join_rig, mount_rig, open_rig
 from robocal.session.vision.hand_eye_unknowns import HandEyeUnknowns, path_of, restate, start_unknowns
 from robocal.session.vision.hand_eye_views import HandEyeViews, read_views
 from robocal.session.vision.pose_pairs import tell_flips
@@ -40,7 +42,7 @@ ENOUGH = f"{FEWEST} at least, better 15 to 30"
 @record(kw_only=True, eq=False)
 class HandEyeData:
     """What was opened: data, pairs of views and poses, the robot's poses T_base_flange (n, 4, 4) of the data's configurations, the views as
-    they were read, the arm whose joints were read, what else is unknown, the files and remarks."""
+    they were read, the arm whose joints were read, what else is unknown, cameras that are bolted to the first, the files and remarks."""
 
     data: DataSet
     robot: RobotPoses
@@ -51,6 +53,7 @@ class HandEyeData:
     source: HandEyeViews
     arm: Any
     unknowns: HandEyeUnknowns
+    rig: RigViews | None = None
     files: tuple[InputFile, ...]
     remarks: tuple[Any, ...]
 
@@ -78,7 +81,7 @@ class HandEyeData:
 
     @property
     def observations(self) -> Observations:
-        """The one list of observations."""
+        """The rows of the first camera."""
         return self.data.observations[0]
 
     @property
@@ -127,8 +130,14 @@ def open_hand_eye(o: Any, watch: Watch | None = None) -> HandEyeData:
     if o.inverse:
         flange = se3.inverse(flange)
     inhand = o.camera == "hand"
-    obs = _frames(obs, inhand)
-    whole = DataSet(Configurations(views.names), (obs,)).take(pairs.view)
+    whole = DataSet(Configurations(views.names), (_frames(obs, inhand),)).take(pairs.view)
+    rig = None if o.rig is None else open_rig(o, robot, obs, (EYE, BOARD, CAMERA))
+    if rig is not None:
+        whole, pairs = join_rig(rig, whole, pairs)
+        further = tuple(_frames(r, inhand) for r in whole.observations[1:])
+        whole = mount_rig(rig, replace(whole, observations=(whole.observations[0], *further)))
+        flange = robot.pose[pairs.pose] if not o.inverse else se3.inverse(robot.pose[pairs.pose])
+        said = (*said, *rig.remarks)
     flipped = _flipped(whole, flange, inhand)
     if len(flipped):
         names = [whole.configurations.ids[i] for i in flipped.tolist()]
@@ -143,7 +152,7 @@ def open_hand_eye(o: Any, watch: Watch | None = None) -> HandEyeData:
         said = (*said, *undone)
     opened = HandEyeData(
         data=data, robot=robot, pairs=pairs, flange=flange, inhand=inhand, inverse=o.inverse, source=views, arm=arm,
-        unknowns=HandEyeUnknowns(), files=(*views.files, *robot.files), remarks=said,
+        unknowns=HandEyeUnknowns(), rig=rig, files=(*views.files, *robot.files, *(() if rig is None else rig.files)), remarks=said,
     )  # fmt: skip
     path = None if pairs.time is None or arm is not None else path_of(robot, o.inverse)
     return opened if path is None and not (o.free_delay or o.free_size) else _with_unknowns(o, opened, path)
@@ -175,7 +184,7 @@ def _with_unknowns(o: Any, opened: HandEyeData, path: PosePath | None) -> HandEy
 
 def _flipped(data: DataSet, flange: Array, inhand: bool) -> Ints:
     """The configurations whose measured pose is the other one of a flat target; none of corners, which say it themselves."""
-    (obs,) = data.observations
+    obs = data.observations[0]
     if obs.kind != "pose":
         return np.zeros(0, dtype=np.int64)
     return np.unique(obs.configuration[find_flips(se3.from_vector(obs.value), flange[obs.configuration], inhand)])

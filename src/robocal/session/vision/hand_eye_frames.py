@@ -8,6 +8,7 @@ from robocal._record import record
 from robocal._types import Array
 from robocal.files.hand_eye_forms import ExportedFrame
 from robocal.geometry import se3, so3
+from robocal.measure.builder import offsets_of
 from robocal.measure.machine import Rig
 from robocal.parameters import FRAME_SYMBOLS
 from robocal.prove.decision import Decision
@@ -61,12 +62,14 @@ class PlacedFrame:
 
 
 def place_frames(made: Decision[Rig], inhand: bool, hand: str) -> tuple[PlacedFrame, ...]:
-    """The camera first, then the targets; `hand`: what the robot carries them on."""
+    """The camera first, then the targets, then cameras on the first; `hand`: what the robot carries them on."""
     obs = made.need_data.observations[0]
     names, covariance = made.spread
     out = []
     assert obs.frame is not None
-    for frame in (obs.frame, *obs.targets):
+    further = [f for o in made.need_data.observations for f in offsets_of(o)]
+    targets = {t.name: t for o in made.need_data.observations for t in o.targets}
+    for frame in (obs.frame, *targets.values(), *further):
         c = np.zeros((6, 6))
         own = [f"{frame.name}.{s}" for s in FRAME_SYMBOLS]
         at = [i for i, n in enumerate(own) if n in names]
@@ -81,6 +84,7 @@ def place_frames(made: Decision[Rig], inhand: bool, hand: str) -> tuple[PlacedFr
             c = chain @ beside @ chain.T
             place[:3, 3] /= 1 + made.values[SHRINK]
         on = hand if frame.mount == "tool" else "base"
+        on = obs.frame.name if frame in further else on
         if frame is obs.frame and not inhand:  # stored the other way round
             out.append(PlacedFrame(frame.name, on, place, c).inverse)
         else:

@@ -135,14 +135,24 @@ def _forms(opened: HandEyeData, where: Ints, seen: Array, other: str) -> Iterato
         yield name, f"{option} {where_to}", in_direction(made, opened.inverse), seen
     for name, option, made in _columns(raw):
         yield name, option, in_direction(made, opened.inverse), seen
-    for factor, name in ((1 / KILO, "mm"), (KILO, "m")):
+    # Of lengths that are in mm already, a thousandth is no other unit: what is 1000 times too large is the target.
+    for factor, name in _units(opened.robot):
         made = np.array(raw)
         made[:, :3, 3] *= factor
         yield f"lengths of the robot's poses in {name}", f"--units {name}", in_direction(made, opened.inverse), seen
-        if opened.lens is None:  # poses of a target have units of their own
-            near = np.array(seen)
-            near[:, :3, 3] *= factor
-            yield f"lengths of the target's poses in {name}", f"--target-units {name}", opened.flange[where], near
+    # Poses of a target have units of their own.
+    for factor, name in _units(opened.source.target) if opened.source.target is not None else ():
+        near = np.array(seen)
+        near[:, :3, 3] *= factor
+        yield f"lengths of the target's poses in {name}", f"--target-units {name}", opened.flange[where], near
+
+
+def _units(poses: RobotPoses) -> Iterator[tuple[float, str]]:
+    """The unit that lengths may have been taken for another, with the factor to it."""
+    if poses.length == "m":
+        yield 1 / KILO, "mm"
+    elif poses.length == "mm":
+        yield KILO, "m"
 
 
 def _columns(raw: Array) -> Iterator[tuple[str, str, Array]]:

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from robocal._record import record
 from robocal.apply.iso9283 import Standard, standard
+from robocal.arms.joint_loads import with_loads
 from robocal.diagnose.limits import REMOUNT_SHARE
 from robocal.errors import FormatError, ModelError
 from robocal.files.parts import provenance_of
@@ -51,6 +52,7 @@ from robocal.session.reference import offset_robot
 from robocal.session.run_frames import with_frames_of_run
 from robocal.session.verb_base import VerdictResult
 from robocal.session.watching import Watch, computable
+from robocal.verbs.validate.torques import torque_reasons
 
 __all__ = ["Validation", "validate_robot"]
 
@@ -139,6 +141,7 @@ class Validation(VerdictResult):
     against: Opened[Any] | None
     errors: ErrorsPart
     angle: ErrorsPart | None
+    torque: ErrorsPart | None
     gain: GainPart | None
     constant: float | None
     frames: tuple[str, ...]
@@ -170,6 +173,7 @@ class Validation(VerdictResult):
             reasons=sentences(self.reasons),
             errors=self.errors,
             angle=self.angle,
+            torque=self.torque,
             layer=None if self.layer is None else {"unit": "mm"} | asdict(self.layer),
             gain=self.gain,
             predicting_the_mean=unit_value(self.constant, "mm"),
@@ -205,7 +209,7 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
         both = model_errors(machine, inputs.data, watch, tool=tool), model_errors(machine, inputs.data, watch)
         refitted, kept = both if tool else (both[0], both[0])
         mine = kept if other is None else refitted
-        theirs = None if other is None else model_errors(other.machine, inputs.data, watch, tool=tool)
+        theirs = None if other is None else model_errors(_comparable(other, mine), inputs.data, watch, tool=tool)
         iso = _standing(inputs, other, mine, theirs, o.distances)
         poses = _poses(machine, inputs.data, mine, theirs)
     reasons = list(used)
@@ -213,7 +217,7 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
         reasons.append(Remark.of(Code.FRAMES_NOT_CONVERGED))
     if mine.rows < 2 * len(mine.fitted):
         reasons.append(Remark.of(Code.FEW_AFTER_FRAMES, numbers=mine.rows, fitted=len(mine.fitted)))
-    if not len(mine.position):
+    if not len(mine.position) and not len(mine.torque):
         reasons.append(Remark.of(Code.NO_LENGTHS))
     elif not np.isfinite(mine.position).all():
         reasons.append(Remark.of(Code.NOT_FINITE))
@@ -221,6 +225,7 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
     worst = float(mine.position.mean()) * mine.factor if len(mine.position) and np.isfinite(mine.factor) else None
     if worst is not None and constant is not None and worst >= 0.9 * constant:
         reasons.append(Remark.of(Code.MEAN_AS_GOOD, error=Quantity(worst), constant=Quantity(constant)))
+    reasons += torque_reasons(inputs.data, mine)
     gain = None
     if theirs is not None and len(theirs.position) == len(mine.position) and worst is not None:
         low = bootstrap_gain(theirs.position * theirs.factor, mine.position * mine.factor, mine.position_at, o.seed)
@@ -234,15 +239,22 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
         *(() if layer is None else (Remark.of(Code.LAYER_ON_TOP, mean=Quantity(layer.mean * 1e-3)),)),
         *(w for w in (other.warnings if other else ()) if w not in inputs.warnings),
     )
-    turn = _statistic(mine, "rad")
+    turn, torque = (_statistic(mine, unit) for unit in ("rad", "N m"))
     files = (*inputs.files, *(() if other is None or o.against is None else other.inputs))
     return Validation(
         robot=inputs.opened, against=other, errors=ErrorsPart("mm", _statistic(mine, "m"), _statistic(theirs, "m")), gain=gain,
         angle=None if turn is None else ErrorsPart("deg", turn, _statistic(theirs, "rad")),
+        torque=None if torque is None else ErrorsPart("N m", torque, _statistic(theirs, "N m")),
         constant=None if constant is None else constant * 1e3, frames=mine.fitted,
         frames_against=() if theirs is None else theirs.fitted, poses=poses, layer=layer, iso=iso,
         offsets=None if shifted is None else shifted.file.path, reasons=tuple(reasons), warnings=warnings, inputs=files, command=command,
     )  # fmt: skip
+
+
+def _comparable(other: Opened[Any], mine: Errors) -> Model:
+    """The other machine; where torques are judged, with masses and friction of zero that its file does not have."""
+    machine: Model = with_loads(other.need_arm().chain) if len(mine.torque) else other.machine
+    return machine
 
 
 def _need_predictions(inputs: Inputs) -> None:
@@ -277,8 +289,8 @@ def _standing(
     inputs: Inputs, other: Opened[Any] | None, mine: Errors, theirs: Errors | None, distances: str
 ) -> Standard:
     """Accuracy and repeatability by ISO 9283, of an arm that is compared with none or with another arm; nothing of a machine whose joint
-    values do not command a pose."""
-    if (arm := inputs.opened.arm) is None:
+    values do not command a pose, and of torques alone."""
+    if (arm := inputs.opened.arm) is None or (len(mine.torque) and not len(mine.position)):
         return {}
     second = None if other is None or theirs is None else (other.need_arm().chain, theirs.values)
     return standard(inputs.data, (arm.chain, mine.values), second, distances)
@@ -287,7 +299,7 @@ def _standing(
 def _statistic(e: Errors | None, unit: str) -> Statistic | None:
     if e is None:
         return None
-    values = e.position * 1e3 if unit == "m" else np.degrees(e.angle)
+    values = {"m": e.position * 1e3, "rad": np.degrees(e.angle), "N m": e.torque}[unit]
     values = values * e.factor if np.isfinite(e.factor) else values
     return Statistic.of(values, profiled=bool(e.fitted) or e.poses is not None)
 

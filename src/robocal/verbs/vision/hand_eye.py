@@ -51,6 +51,11 @@ class Options(BaseOptions):
     lens: Path | None = option(
         None, "The lens of the images: lens.yaml, or a file of OpenCV, ROS, Kalibr or a depth camera", "FILE"
     )
+    rig: Path | None = option(
+        None,
+        "Cameras that are bolted to the one in the hand: a YAML file with the corners, lens and place of each",
+        "FILE",
+    )
     free_lens: bool = option(
         False,
         "Find the lens too: known as lens.yaml says, else to 10 px (focal length, centre) and 0.1 (distortion), or by these views",
