@@ -16,7 +16,7 @@ from robocal.estimate.choosing.choice import choose
 from robocal.estimate.least_squares import least_squares
 from robocal.estimate.problem import Problem
 from robocal.fit.fit import chosen_weights, frame_names
-from robocal.fit.limits import BASELINE_LESS
+from robocal.fit.limits import BASELINE_LESS, START_LOST
 from robocal.fit.noise import Tau, apply_noise, assess, same_tau, tau_of
 from robocal.fit.starts import search as starts
 from robocal.fit.subsample import MANY, subsample
@@ -28,7 +28,6 @@ from robocal.progress import Watch, tell
 __all__ = ["Baseline", "baseline", "check_baseline", "fit_baseline", "frame_names", "renew_baseline"]
 
 ROUNDS = 8
-ELSEWHERE = 0.01  # tolerance: of its cost: where what is stated leaves less, a closed form has found nothing
 
 
 @record
@@ -134,7 +133,7 @@ def _fit_frames(model: Model, data: DataSet, configurations: Ints, made: Problem
     # What can be seen of the frames is asked where they are believed to stand, not at the table's zeros.
     there = made.with_table(made.table.with_values({n: v for n, v in candidates[0].items() if n in frames}))
     bare = made.with_free(())
-    if bare.normal(made.start).cost[0] < ELSEWHERE * bare.normal(there.start).cost[0]:
+    if bare.normal(made.start).cost[0] < START_LOST * bare.normal(there.start).cost[0]:
         there, candidates = made, []
     seen = choose(there.with_free(frames), there.start).basis if frames else ()
     if few is data or not seen:
