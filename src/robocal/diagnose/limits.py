@@ -23,6 +23,7 @@ from robocal.fit.limits import (
     PLACE_SHARE,
     START_ASKS,
     START_CLEARLY,
+    START_LOST,
     START_POSES,
     Limit,
     limit,
@@ -32,7 +33,7 @@ from robocal.fit.limits import (
 # fmt: off
 __all__ = [
     "BASELINE_LESS", "FRAME_NEVER_TURNED", "FRAME_TURNED", "LIMITS", "PLACE_DIAMETER", "PLACE_GAP", "PLACE_SHARE", "START_ASKS",
-    "START_CLEARLY", "START_POSES", "Limit", "limit", "topics",
+    "START_CLEARLY", "START_LOST", "START_POSES", "Limit", "limit", "topics",
 ]
 
 topic("Gross rows")
