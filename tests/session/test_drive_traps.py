@@ -117,3 +117,15 @@ def test_counts_called_turns_are_counts(place):
     values[:, 1] = np.round(values[:, 1] / (2 * np.pi) * 4096)
     with pytest.raises(FormatError, match="counts"):
         found(place, log(place, "counted.csv", values, HEAD.replace("rad", "turn")))
+
+
+# obeys: drive-orders-unseen
+def test_orders_that_appear_as_lower_ones_are_not_improved(place):
+    quick = Cogging((84,), (0.2,), (0.0,), 0.0)
+    few = log(place, "few-angles.csv", rows(quick, turns=2.0, count=241))
+    assert not found(place, few).trusted  # 120 angles of a turn: order 84 looks like 36
+    assert not found(place, few, slots=12, poles=14).trusted
+    made = found(place, log(place, "many-angles.csv", rows(quick, turns=2.0, count=2401)), slots=12, poles=14)
+    assert made.trusted and Code.DRIVE_ORDERS_UNSEEN not in codes(made) | {r.code for r in made.result.reasons}
+    low = log(place, "low.csv", rows(Cogging((12,), (0.2,), (0.0,), 0.0), turns=2.0, count=241))
+    assert found(place, low, slots=6, poles=4).trusted

@@ -19,7 +19,7 @@ class DriveRemarks:
         "Sweep two turns in both directions.",
     )
     DRIVE_ORDERS_UNSEEN = Phrase(
-        "{places:.0f} angles per turn were read: orders above {highest} cannot be told",
+        "{places:.0f} angles per turn were read: orders above {highest} cannot be told, and appear as lower ones",
         "Sweep slower, or log more often.",
     )
     DRIVE_PACE = Phrase(

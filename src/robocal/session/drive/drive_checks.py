@@ -32,8 +32,13 @@ CROWD = 5  # grid: times the rows at the next value; of a round top that is told
 TURNS = 5000  # grid: of a reading that no log has
 
 
-def check_coverage(sweeps: Sequence[Sweep], used: Sequence[Bools]) -> Iterator[tuple[Remark, bool]]:
-    """What is missing, each with whether the table must not be trusted for it."""
+def check_coverage(
+    sweeps: Sequence[Sweep], used: Sequence[Bools], made: tuple[int | None, int | None] = (None, None)
+) -> Iterator[tuple[Remark, bool]]:
+    """What is missing, each with whether the table must not be trusted for it; `made` are slots and poles, where they are known.
+
+    An order above half the angles of a turn appears as a lower one, and every arc that was held out agrees.
+    """
     parts = [s.take(rows) for s, rows in zip(sweeps, used, strict=True)]
     missing = min(max(p.missing[d] for d in (1, -1) if (p.direction == d).any()) for p in parts)
     if missing:
@@ -51,7 +56,9 @@ def check_coverage(sweeps: Sequence[Sweep], used: Sequence[Bools]) -> Iterator[t
             yield cut, True
     highest, places = highest_order(sweeps, used)
     if highest < HIGHEST:
-        yield Remark.of(Code.DRIVE_ORDERS_UNSEEN, places=places, highest=highest), False
+        slots, poles = made
+        own = HIGHEST // 4 if slots is None or poles is None else lcm(slots, poles)
+        yield Remark.of(Code.DRIVE_ORDERS_UNSEEN, places=places, highest=highest), highest < own
 
 
 def _cut_off(sweep: Sweep) -> Remark | None:

@@ -35,7 +35,7 @@ def judge_logs(
     """The verdict with what the logs cannot tell, and what is worth knowing beside it."""
     verdict = verdict_of(taken.decision, over_range=False)
     warnings = [r for log in logs for r in log.remarks]
-    for remark, lacking in check_coverage(sweeps, used):
+    for remark, lacking in check_coverage(sweeps, used, made):
         if lacking:
             verdict = verdict.instead("not_improved", remark) if verdict.status == "improved" else verdict
         else:
