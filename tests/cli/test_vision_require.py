@@ -80,6 +80,6 @@ def test_degrees_without_a_unit_are_mended_by_their_header(world, tmp_path):
     (tmp_path / "poses.csv").write_text(text.replace(" [deg]", ""))
     words = ("--lens", str(world / "lens.yaml"), *GRID, "--size", "60")
     bare = robocal("vision", "require", str(tmp_path / "poses.csv"), *words)
-    assert bare.status == 2 and "rx [deg] in the header" in bare.said and "--units" not in bare.said
+    assert bare.status == 2 and "rz [deg] in the header" in bare.said and "--units" not in bare.said
     (tmp_path / "poses.csv").write_text(text)
     assert robocal("vision", "require", str(tmp_path / "poses.csv"), *words).status == 0

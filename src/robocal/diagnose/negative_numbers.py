@@ -24,7 +24,7 @@ NEGATIVE = declare(
 SYMBOLS = ("coulomb", "kt")
 
 
-@check("negative-number", When.PROOF, order=35)
+@check("negative-number", When.PROOF, order=35, needs=("fit",))
 def negative_numbers(context: Context[Model]) -> Iterator[Finding]:
     """The number that is farthest below zero."""
     fit = context.need_fit

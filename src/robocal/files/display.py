@@ -164,15 +164,11 @@ def _cells(values: list[Any], column: Column) -> list[str]:
     text = _written(values, min(column.digits, 15))
     cells = text.split()
     if "e" in text or "n" in text or "-0 " in text:
-        cells = [c if "." in c else _whole(c) for c in cells]
+        cells = [
+            "" if c == "nan" else _cell(v, column) if "e" in c or "n" in c or c == "-0" else c
+            for v, c in zip(values, cells, strict=True)
+        ]
     return cells
-
-
-def _whole(cell: str) -> str:
-    """The text of a number without a point as `number` writes it."""
-    if cell == "nan":
-        return ""
-    return number(float(cell)) if "e" in cell or "n" in cell or cell == "-0" else cell
 
 
 def _written(values: list[float], digits: int) -> str:

@@ -54,12 +54,12 @@ class CableRemarks:
     ANCHOR_OR_ZERO = Phrase(
         "{run}: anchor or zero of {cable} changed along its line of sight; the data do not show which (zero {zero:+.3g}, "
         "anchor {along:+.3g})",
-        "If the sensors counted on between the runs, --zeros-unchanged separates the two.",
+        "If the sensors counted on between the runs, `cable drift --zeros-unchanged` separates the two.",
     )
     ZEROS_CHANGED = Phrase(
         "{run}: the zeros of {cables} changed, as they do at a power-up; an anchor that moved along its line of sight "
         "looks the same",
-        "To detect such a drift, compare runs of one power-up with --zeros-unchanged.",
+        "To detect such a drift, compare runs of one power-up with `cable drift --zeros-unchanged`.",
     )
     SIZE_CHANGED = Phrase(
         "{run}: all frame anchors changed as one: the size by {size:+.4g} ± {off:.2g} ppm (95 %)",
@@ -73,7 +73,7 @@ class CableRemarks:
     SMALLEST_DRIFT_FREE = Phrase(
         "zeros may have changed: a drift of one anchor would be detected with 95 % certainty from {across:.2g} across its "
         "line of sight; along it from {along:.2g}, where anchor and zero look alike",
-        "If the sensors counted on between the runs, --zeros-unchanged detects much smaller drifts along it.",
+        "If the sensors counted on between the runs, `cable drift --zeros-unchanged` detects much smaller drifts along it.",
     )
     NOTHING_KNOWN_OF_ERRORS = Phrase(
         "{run}: the uncertainty of its parameters is not known; the report shows how the calibrations scatter, not what "

@@ -50,7 +50,7 @@ class VerdictRemarks:
     )
     NOT_CONVERGED = Phrase(
         "the iteration did not converge[ ({what})]",
-        "Start nearer to the solution, state priors, or free fewer parameters. --iterations allows more steps.",
+        "Start nearer to the solution, state priors, or free fewer parameters. `identify --iterations` allows more steps.",
     )
     GAIN_ANYWAY = Phrase(
         "reduction of the mean error[ of {what}] {gain:.4g}[, 95 % interval {low:.4g~} to {high:.4g}] ({how})[; gross rows that are "
@@ -66,7 +66,7 @@ class VerdictRemarks:
     )
     NOTHING_HELD_OUT = Phrase(
         "nothing was held out, so nothing is proven",
-        "Hold out a part of the configurations (--hold-out 0.2) or predict each from the others (--leave-one-out).",
+        "Hold out a part of the configurations (`identify --hold-out 0.2`) or predict each from the others (`identify --leave-one-out`).",
     )
     NOTHING_MEASURED_THERE = Phrase(
         "no measurement was held out, so nothing is proven", "Hold out configurations at which something was measured."
