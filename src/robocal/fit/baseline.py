@@ -134,7 +134,7 @@ def _fit_frames(model: Model, data: DataSet, configurations: Ints, made: Problem
     there = made.with_table(made.table.with_values({n: v for n, v in candidates[0].items() if n in frames}))
     bare = made.with_free(())
     if bare.normal(made.start).cost[0] < START_LOST * bare.normal(there.start).cost[0]:
-        there, candidates = made, []
+        there = made
     seen = choose(there.with_free(frames), there.start).basis if frames else ()
     if few is data or not seen:
         x, converged = starts.refine(made, seen, [c for c in candidates if c])
