@@ -41,6 +41,7 @@ INTENDED: dict[str, str] = {
     r": \S*\bframes\[": "New: frames of instruments and targets in both directions.",
     r": \S*\brobot\.shape": "New: what a picture shows of the machine.",
     r": \S*\bfit\.(passes|filter)": "New: where a fit stood on its way.",
+    r"^validate .*: \S*torque": "New: torques of joints.",
     r": \S*\bfit\.agreement": "New: what sensors say of each other.",
     r"camera/run/covariance\.json\.noise\[([0-6]|25)\]": "Rows that noise does not touch: rounding of 1e-17, as a sum is taken.",
     r": \S*residuals\.csv\.(|d)[xyz]_": "Positions and errors are told in base coordinates.",
