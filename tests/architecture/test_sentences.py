@@ -293,6 +293,18 @@ def test_what_a_check_declares_is_a_sentence_with_an_advice():
         declare("one-place", "another sentence")
 
 
+def test_only_checks_declare_their_sentences(programs):
+    # another module is not imported where the table of codes is made: its code would be missing there, or not, by what ran before
+    calls = {
+        path
+        for path, tree in programs.items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Call) and ast.unparse(node.func) == "declare"
+    }
+    packages = tuple(p.removeprefix("robocal.").replace(".", "/") for p in ALL)
+    assert calls and {path for path in calls if not path.startswith(packages)} == set()
+
+
 def uses(programs: dict[str, ast.Module]) -> dict[str, list[tuple[str, ast.Call | None]]]:
     """Where every code is named outside the tables, and the call of Remark.of that it is given to."""
     out: dict[str, list[tuple[str, ast.Call | None]]] = {}

@@ -263,3 +263,7 @@ class CableRemarks:
         "start of the rays can be held",
         "Choose a smaller --box, or more --cells.",
     )
+    LOAD_NOT_ABOVE = Phrase(
+        "the loads leave the {what} of the cable between {low:.3g} and {high:.3g} (95 %), and every cable has one above zero",
+        "Check units and columns of the loads, and that larger elongations count up. Else measure more loads, farther apart.",
+    )

@@ -21,16 +21,11 @@ from robocal.prove.decision import Decision, decide
 from robocal.prove.results import ParameterResult, parameter_results
 from robocal.prove.statistics import Statistic
 from robocal.prove.verdict import Verdict, verdict_of
-from robocal.remarks.english import declare
+from robocal.remarks.english import Code
 from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["NOT_ABOVE", "LoadFit", "Loads", "fit_loads"]
+__all__ = ["LoadFit", "Loads", "fit_loads"]
 
-NOT_ABOVE = declare(
-    "load-not-above",
-    "the loads leave the {what} of the cable between {low:.3g} and {high:.3g} (95 %), and every cable has one above zero",
-    "Check units and columns of the loads, and that larger elongations count up. Else measure more loads, farther apart.",
-)
 MIDDLE = 100.0  # N, where no load is above zero
 
 
@@ -62,7 +57,7 @@ class LoadFit:
         for p in self.parameters:
             if p.name in (WEIGHT, ELASTICITY) and p.interval is not None and not p.interval[0] > 0:
                 low, high = (Quantity(v, p.unit) for v in p.interval)
-                return Remark.of(NOT_ABOVE, what=p.name.rpartition(".")[2], low=low, high=high)
+                return Remark.of(Code.LOAD_NOT_ABOVE, what=p.name.rpartition(".")[2], low=low, high=high)
         return None
 
     @property
