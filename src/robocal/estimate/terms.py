@@ -189,10 +189,6 @@ class Linear:
     hold: Array | None = None
     keep: Array | None = None
 
-    def columns(self, index: Ints) -> Linear:
-        """The same rows over some of the columns."""
-        return replace(self, j=self.j[:, index])
-
 
 @record
 class Residuals:
