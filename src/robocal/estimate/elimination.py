@@ -13,8 +13,8 @@ from robocal.estimate.sparse_rows import ROWS, blocks_of
 from robocal.estimate.terms import Linear
 
 __all__ = [
-    "Squares", "beside_blocks", "beside_each", "block_columns", "block_ranks", "eliminate", "reducible", "reweight", "spare_numbers", "squares",
-    "triangle",
+    "Squares", "beside_blocks", "beside_each", "block_columns", "block_ranks", "eliminate", "reducible", "reweight", "spare_numbers",
+    "squares", "triangle",
 ]  # fmt: skip
 
 # Exactly dependent to first order, in units of the largest singular value of a block.

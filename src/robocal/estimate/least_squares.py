@@ -88,15 +88,13 @@ def least_squares(
         raise ModelError("unknown method", found=method, **one_of(method, METHODS))
     many, tolerances = _at_once(problem, start), _tolerances(cost_tolerance)
     parts: list[Solution] = []
-    least = np.inf  # what the best rival ended with
+    least, first = np.inf, damping if method == "lm" else 0.0  # what the best rival ended with
     for lo in range(0, max(len(start), 1), many):
-        parts.append(
-            _descend(
-                problem, start[lo : lo + many], lo, max_iterations, tolerances, damping if method == "lm" else 0.0, tolerance, watch,
-                rivals, trail, creep, trust, least,
-            )  # fmt: skip
-        )
-        least = min(least, _least(parts[-1].cost, parts[-1].reason)) if rivals else least
+        ended = _descend(
+            problem, start[lo : lo + many], lo, max_iterations, tolerances, first, tolerance, watch, rivals, trail, creep, trust, least,
+        )  # fmt: skip
+        parts.append(ended)
+        least = min(least, _least(ended.cost, ended.reason))
     return parts[0] if len(parts) == 1 else _join(parts)
 
 
@@ -148,7 +146,8 @@ def _descend(
     trust: bool,
     other: float = np.inf,
 ) -> Solution:
-    """From x (B, P), which are the problems base, base + 1, ... of the batch; `other` is what the best rival of another batch ended with."""
+    """From x (B, P), which are the problems base, base + 1, ... of the batch; `other` is what the best of their rivals
+    ended with."""
     settle, (STAY, TAKE, OUT, HOME), LOST, GROW = _settling()
     batch = len(x)
     everyone = np.arange(base, base + batch)

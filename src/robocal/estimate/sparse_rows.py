@@ -1,4 +1,4 @@
-"""Jacobians whose rows lie together by what they touch, as those of many markers or cameras do: of some rows at a time few columns count."""
+"""Jacobians whose rows lie together by what they touch, as those of many markers do: of some rows at a time few columns count."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ whitened residuals and Jacobians, row by row (`whiten_rows`).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import cache
 from itertools import pairwise
 from typing import Any, Protocol

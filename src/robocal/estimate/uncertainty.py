@@ -231,9 +231,9 @@ def uneven(
         E[1/n sum_u |Q_u^T (I - H_u)^(-1/2) r_u|^2] = 1
 
     When that is exceeded by three standard deviations, the jackknife's variance (exponent -1) over its value for even
-    noise is returned; `lin` is the problem linearised there, `known` its squares, where the caller has them; `columns` says which of `lin` are the problem's. Where every
-    configuration has a block of its own, J is what these leave of it; of blocks that have few rows, or priors, nothing is said. Sources:
-    Bell and McCaffrey, Bias reduction in standard errors (2002); MacKinnon and White (1985).
+    noise is returned; `lin` is the problem linearised there, `known` its squares, where the caller has them; `columns` says which of `lin`
+    are the problem's. Where every configuration has a block of its own, J is what these leave of it; of blocks that have few rows, or
+    priors, nothing is said. Sources: Bell and McCaffrey, Bias reduction in standard errors (2002); MacKinnon and White (1985).
     """
     lin = reweight(problem.linearize(x) if lin is None else lin, problem)
     if not problem.n or len(lin.r) <= problem.n:

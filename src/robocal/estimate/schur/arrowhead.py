@@ -19,7 +19,7 @@ from robocal.estimate.terms import Normal
 
 __all__ = ["Arrowhead", "system_of"]
 
-HALF = 0.5  # grid: of the free columns: with fewer in groups, gathering costs what it saves
+WORTH = 0.6  # grid: of the operations: where groups save less, gathering them costs as much
 NONE = np.zeros((0, 0), dtype=np.int64)
 
 
@@ -64,12 +64,12 @@ def system_of(problem: Problem) -> System | Arrowhead:
     """How the normal equations of a problem are solved with fewest operations."""
     plain, second = (problem.n, problem.sizes, problem.pairs), problem.sizes[1][1]
     groups = problem.apart if not second else NONE
-    if groups.size < HALF * problem.n:
+    if not groups.size:
         return structure(*plain)
     family = problem.sizes[0]
     pairs = _pairs(problem, groups)
     parted = work(0, problem.n - groups.size, (groups.shape, family), pairs)
-    if parted >= min(work(out, *plain) for out in (0, 1) if problem.sizes[out][0] or not out):
+    if parted > WORTH * min(work(out, *plain) for out in (0, 1) if problem.sizes[out][0] or not out):
         return structure(*plain)
     return Arrowhead(problem.n, groups, family, pairs)
 
