@@ -30,6 +30,7 @@ __all__ = ["Types", "compiler_version", "file_of", "guard", "load", "notation", 
 KNOWN = ("0.68",)
 MARK = b"robocal machine code 1\n"
 SETTINGS = ("NUMBA_", "LLVM")  # the beginnings of variables that change what is compiled, or how
+THREADS = ("NUMBA_NUM_THREADS", "NUMBA_THREADING_LAYER")  # but not these: kernels are sequential
 EXTENSIONS = ("_dynfunc", "_helperlib", "core/runtime/_nrt_python")
 SCALARS = {int: "i8", float: "f8", bool: "b1", np.int64: "i8", np.float64: "f8", np.bool_: "b1", type(None): "none"}
 ARRAYS = {np.dtype(np.float64): "f8", np.dtype(np.int64): "i8", np.dtype(np.bool_): "b1"}
@@ -119,7 +120,7 @@ def compiler_version() -> str:
 @functools.cache
 def _is_known() -> bool:
     ours = compiler_version().rpartition(".")[0] in KNOWN and sys.platform == "linux"
-    return ours and not any(name.startswith(SETTINGS) for name in os.environ)
+    return ours and not any(n.startswith(SETTINGS) and not n.startswith(THREADS) for n in os.environ)
 
 
 @functools.cache

@@ -519,3 +519,16 @@ def test_kernel_files_take_nothing_from_files_outside_the_digest(path: Path) -> 
         for name in names:
             own = name == "robocal._jit" or (name.startswith("robocal.") and name.endswith("._kernels"))
             assert own or name in ("__future__", "math", "numpy"), f"line {node.lineno}: {name}"
+
+
+def test_only_what_changes_the_code_asks_for_the_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
+    """How many threads others may use is often set where many share a machine, and no kernel has any."""
+    for name in [n for n in os.environ if n.startswith(_machine_code.SETTINGS)]:
+        monkeypatch.delenv(name)
+    known = _machine_code._is_known.__wrapped__
+    before = known()
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
+    monkeypatch.setenv("NUMBA_THREADING_LAYER", "workqueue")
+    assert known() == before
+    monkeypatch.setenv("NUMBA_OPT", "1")
+    assert not known()
