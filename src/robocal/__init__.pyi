@@ -163,11 +163,12 @@ def export(
     tip: str | None = None,
     watch: _Watch | None = None,
 ) -> Found[_export_Exported]:
-    """Write a robot model as robot.yaml, URDF, a table of its parameters, or joint offsets for a controller.
+    """Write a robot model as robot.yaml, URDF, a table of its parameters, joint offsets for a controller, or
+    a model for MuJoCo.
 
     robot: A robot file, a catalogue name, or a run folder.
     output: Write here, not to the terminal.
-    form: yaml, urdf, dh (a table with Hayati's beta), csv or markdown (the parameters), offsets of the joints: offsets (CSV), ros (parameters), xacro (properties).
+    form: yaml, urdf, dh (a table with Hayati's beta), csv or markdown (the parameters), offsets of the joints: offsets (CSV), ros (parameters), xacro (properties); of cable robots mjcf (MuJoCo's model).
     nominal: The robot to which offsets are added; a run folder contains it.
     into: With --format urdf: this URDF with calibrated origins; every other byte stays.
     force: Replace files that exist.

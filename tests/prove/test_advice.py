@@ -30,6 +30,7 @@ QUICK = (
 )
 # Obeyed by a test of their own, above which a comment says so: `# obeys: CODE`.
 OTHER = {
+    "inertia-assumed": "files/test_mjcf.py",
     "load-not-above": "cli/test_cable_straightness.py",
     "negative-number": "session/test_joint_torques.py",
     "torques-left": "session/test_joint_torques.py",

@@ -104,6 +104,10 @@ class UseRemarks:
     LOW_DEXTERITY = Phrase("dexterity {dexterity:.2g}, below {least:g}")
     ORIENTATION_RELAXED = Phrase("position exact, orientation off by {angle:.3g}")
     URDF_CANNOT_HOLD = Phrase("a URDF cannot hold the fitted {names}", "--format yaml holds them.")
+    INERTIA_ASSUMED = Phrase(
+        "the inertia of the platform is not known: that of a box around its anchors is written",
+        "State inertia in the robot's file, under platform.",
+    )
     BEYOND_LEFT_OUT = Phrase("non-geometric effects are left out: {groups}", "--format yaml holds them.")
     WORTH_ALONE = Phrase(
         "{what}: {nominal:.3g~} to {alone:.3g}, the whole model {whole:.3g} (mean error on {data} from the nominal robot, "

@@ -21,7 +21,10 @@ from robocal._record import record
 from robocal.arms.chain import Chain, joint_offsets, with_offsets
 from robocal.arms.conventions import convention_of, rows
 from robocal.arms.denavit import to_denavit
+from robocal.cables.geometry import CableRobot
 from robocal.errors import FileError, InputError, ModelError
+from robocal.files.cable.cable_table import cable_rows
+from robocal.files.cable.mjcf import mjcf
 from robocal.files.csvtext import csv_text
 from robocal.files.dataset import read_datasets
 from robocal.files.evidence_parts import OffsetsAlone
@@ -44,6 +47,7 @@ __all__ = ["Exported", "export_robot", "parameter_table"]
 
 # What a model lacks that was not read from its run folder, and what nobody can tell of that folder.
 LACKING = (Code.RUN_HOLDS_MORE, Code.RESULT_MISSING, Code.RUN_UNRECORDED)
+CABLE_FORMS, TABLES = ("mjcf",), ("csv", "markdown")
 # The parts of a key with several numbers, where they are not x, y and z.
 PARTS = {"limits": ("lower", "upper"), "rpy": ("roll", "pitch", "yaw")}
 
@@ -64,8 +68,12 @@ def export_robot(o: Any) -> Exported:
     robot, form, into = o.robot, o.form, o.into
     links = {"base": o.base, "tip": o.tip}  # of that URDF, where there is one
     opened = open_machine(robot, **(links if into is None else {}))
-    if opened.arm is None and form == "yaml":
+    if form == "yaml" and opened.arm is None:
         return Exported(opened.yaml, run_cautions(robot))
+    if isinstance(opened.machine, CableRobot):
+        return _of_cables(opened.machine, opened.units, o)
+    if form in CABLE_FORMS:
+        raise ModelError("this form is for cable robots", key="--format", found=form, expected="yaml or urdf")
     arm = opened.need_arm("an arm, or --format yaml")
     notes: tuple[Remark, ...] = ()
     held: Chain | None = None  # the robot that the file describes, where that is not the whole model
@@ -97,6 +105,24 @@ def export_robot(o: Any) -> Exported:
     if held is not None:
         worth = worth_of(robot, arm, held)
     return Exported(text, (*run_cautions(robot), *told, *notes), worth)
+
+
+def _of_cables(robot: CableRobot, units: Any, o: Any) -> Exported:
+    """A cable robot in another form. Raises ModelError for a form that is for arms, or cannot hold it."""
+    given = next((n for n in ("into", "nominal", "base", "tip") if getattr(o, n) is not None), None)
+    if given is not None:
+        raise ModelError(
+            "this option is for arms", key=f"--{given}", found=robot.name, expected="nothing, for a cable robot"
+        )
+    if o.form not in (*CABLE_FORMS, *TABLES):
+        expected = " or ".join(("yaml", *CABLE_FORMS, *TABLES))
+        raise ModelError("a cable robot has no such form", key="--format", found=o.form, expected=expected)
+    cautions = run_cautions(o.robot)
+    if o.form == "mjcf":
+        assumed = (Remark.of(Code.INERTIA_ASSUMED),) if robot.inertia is None else ()
+        return Exported(mjcf(robot), (*cautions, *assumed))
+    table = cable_rows(robot, units)
+    return Exported(csv_text(table[0], table[1:]) if o.form == "csv" else _markdown(table), cautions)
 
 
 def _beyond(chain: Chain) -> tuple[Remark, ...]:
