@@ -21,10 +21,7 @@ from robocal._record import record
 from robocal.arms.chain import Chain, joint_offsets, with_offsets
 from robocal.arms.conventions import convention_of, rows
 from robocal.arms.denavit import to_denavit
-from robocal.cables.geometry import CableRobot
 from robocal.errors import FileError, InputError, ModelError
-from robocal.files.cable.cable_table import cable_rows
-from robocal.files.cable.mjcf import mjcf
 from robocal.files.csvtext import csv_text
 from robocal.files.dataset import read_datasets
 from robocal.files.evidence_parts import OffsetsAlone
@@ -41,13 +38,13 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.session.arm import OpenedArm
 from robocal.session.inputs import choose, open_machine
+from robocal.session.opened import Opened
 from robocal.session.reference import nominal_chain, run_cautions, run_result
 
 __all__ = ["Exported", "export_robot", "parameter_table"]
 
 # What a model lacks that was not read from its run folder, and what nobody can tell of that folder.
 LACKING = (Code.RUN_HOLDS_MORE, Code.RESULT_MISSING, Code.RUN_UNRECORDED)
-CABLE_FORMS, TABLES = ("mjcf",), ("csv", "markdown")
 # The parts of a key with several numbers, where they are not x, y and z.
 PARTS = {"limits": ("lower", "upper"), "rpy": ("roll", "pitch", "yaw")}
 
@@ -68,13 +65,11 @@ def export_robot(o: Any) -> Exported:
     robot, form, into = o.robot, o.form, o.into
     links = {"base": o.base, "tip": o.tip}  # of that URDF, where there is one
     opened = open_machine(robot, **(links if into is None else {}))
-    if form == "yaml" and opened.arm is None:
-        return Exported(opened.yaml, run_cautions(robot))
-    if isinstance(opened.machine, CableRobot):
-        return _of_cables(opened.machine, opened.units, o)
-    if form in CABLE_FORMS:
+    if opened.arm is None:
+        return _of_another(opened, o)
+    arm = opened.arm
+    if form == "mjcf":
         raise ModelError("this form is for cable robots", key="--format", found=form, expected="yaml or urdf")
-    arm = opened.need_arm("an arm, or --format yaml")
     notes: tuple[Remark, ...] = ()
     held: Chain | None = None  # the robot that the file describes, where that is not the whole model
     worth: Remark | None = None
@@ -95,8 +90,7 @@ def export_robot(o: Any) -> Exported:
     elif form in OFFSETS:
         text, worth = offset_text(robot, arm, o.nominal, form)
     else:
-        table = parameter_table(arm)
-        text = csv_text(table[0], table[1:]) if form == "csv" else _markdown(table)
+        text = _table_text(parameter_table(arm), form)
     if form in (*OFFSETS, "csv", "markdown"):
         notes = (*notes, *_beyond(arm.chain))
         if form not in OFFSETS and _beyond(arm.chain):
@@ -107,22 +101,14 @@ def export_robot(o: Any) -> Exported:
     return Exported(text, (*run_cautions(robot), *told, *notes), worth)
 
 
-def _of_cables(robot: CableRobot, units: Any, o: Any) -> Exported:
-    """A cable robot in another form. Raises ModelError for a form that is for arms, or cannot hold it."""
+def _of_another(opened: Opened[Any], o: Any) -> Exported:
+    """A machine that is no arm in another form. Raises ModelError for a form and for options that are for arms."""
     given = next((n for n in ("into", "nominal", "base", "tip") if getattr(o, n) is not None), None)
     if given is not None:
-        raise ModelError(
-            "this option is for arms", key=f"--{given}", found=robot.name, expected="nothing, for a cable robot"
-        )
-    if o.form not in (*CABLE_FORMS, *TABLES):
-        expected = " or ".join(("yaml", *CABLE_FORMS, *TABLES))
-        raise ModelError("a cable robot has no such form", key="--format", found=o.form, expected=expected)
-    cautions = run_cautions(o.robot)
-    if o.form == "mjcf":
-        assumed = (Remark.of(Code.INERTIA_ASSUMED),) if robot.inertia is None else ()
-        return Exported(mjcf(robot), (*cautions, *assumed))
-    table = cable_rows(robot, units)
-    return Exported(csv_text(table[0], table[1:]) if o.form == "csv" else _markdown(table), cautions)
+        found, expected = opened.name, f"nothing, for a {opened.noun}"
+        raise ModelError("this option is for arms", key=f"--{given}", found=found, expected=expected)
+    made, notes = opened.export(o.form)
+    return Exported(made if isinstance(made, str) else _table_text(made, o.form), (*run_cautions(o.robot), *notes))
 
 
 def _beyond(chain: Chain) -> tuple[Remark, ...]:
@@ -172,6 +158,11 @@ def _parameter_list(robot: Robot) -> list[list[str]]:
         ["parameter", "value", "unit"],
         *([p.name, number(robot.units.of(p.unit).from_si(p.value)), robot.units.of(p.unit).name] for p in table.rows),
     ]
+
+
+def _table_text(table: list[list[str]], form: str) -> str:
+    """A table as CSV or for people."""
+    return csv_text(table[0], table[1:]) if form == "csv" else _markdown(table)
 
 
 def _markdown(table: list[list[str]]) -> str:
