@@ -97,7 +97,7 @@ def _table(obs: Observations, ids: int, place: str) -> tuple[tuple[str, ...], Ar
             "one point of a pose is there twice",
             file=place,
             key="configuration.id",
-            found=found,
+            found=twice,
             expected="one row for each",
         )
     seen[obs.configuration, obs.target] = obs.value[:, :3]
