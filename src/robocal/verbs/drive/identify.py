@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from robocal._record import record
 from robocal.report.sections import Section
+from robocal.session.drive.drive_settings import DriveSettings
 from robocal.verbs import shared_options as w
 from robocal.verbs.option import Arg, BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch, details, run_verb
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Options", "details", "run", "sections"]
 
+OWN = DriveSettings()
 LOGS = Arg(
     "LOG...", "data.yaml of a log, or a CSV whose headers carry units; the slowest are fitted, the others compared"
 )
@@ -45,24 +47,24 @@ class Options(BaseOptions):
     columns: tuple[str, ...] = option(
         (), "Columns of a CSV, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag", "WORDS", listed=True
     )
-    orders: int = option(20, "At most so many orders", "N", least=1, most=100)
+    orders: int = option(OWN.orders, "At most so many orders", "N", least=1, most=100)
     phases: str = option(
-        "auto", "One lag for both directions, or phases of their own; auto: what held-out arcs prefer", "WORD",
+        OWN.phases, "One lag for both directions, or phases of their own; auto: what held-out arcs prefer", "WORD",
         choices=("auto", "lag", "directions"),
     )  # fmt: skip
-    eccentric: bool = option(False, "The encoder may be off its centre: two numbers in place of sidebands")
-    slots: int | None = option(None, "Slots of the motor", "N", least=1, otherwise="as the data file says")
+    eccentric: bool = option(OWN.eccentric, "The encoder may be off its centre: two numbers in place of sidebands")
+    slots: int | None = option(OWN.slots, "Slots of the motor", "N", least=1, otherwise="as the data file says")
     poles: int | None = option(
-        None, "Poles of the motor, two for each pair", "N", least=2, otherwise="as the data file says"
+        OWN.poles, "Poles of the motor, two for each pair", "N", least=2, otherwise="as the data file says"
     )
     method: str = option(
-        "harmonics",
+        OWN.method,
         "Harmonics, or the seed document's table for each direction",
         "METHOD",
         choices=("harmonics", "seed"),
     )
-    degree: int = option(2, "Degree of the polynomials of --method seed", "N", least=2, most=3)
-    window: float = option(5.0, "Window of --method seed", "DEG", unit="deg", above=0, most=60)
+    degree: int = option(OWN.degree, "Degree of the polynomials of --method seed", "N", least=2, most=3)
+    window: float = option(OWN.window, "Window of --method seed", "DEG", unit="deg", above=0, most=60)
     output: Path | None = option(None, "Folder for motor.yaml, drive.json and report.html", "DIR", short="-o")
     force: w.Force = False
 
