@@ -33,6 +33,7 @@ OTHER = {
     "load-not-above": "cli/test_cable_straightness.py",
     "negative-number": "session/test_joint_torques.py",
     "torques-left": "session/test_joint_torques.py",
+    "drive-strange": "session/test_drive_group.py",
     "drive-one-direction": "session/test_drive_logs.py",
     "drive-under-turn": "session/test_drive_logs.py",
     "drive-orders-unseen": "session/test_drive_logs.py",

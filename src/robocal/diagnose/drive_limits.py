@@ -31,3 +31,6 @@ SHIFT_LEAST = limit(math.radians(3.0), "rad", "So far directions lie apart by la
 LONE_ROWS = limit(12.0, "robust sigma", "Noise of no drive throws a row so far from its neighbours; a lost sample does.",
     "tests/session/test_drive_logs.py")
 FLOOR_CHANCE = limit(1e-3, "chance", "White noise is called a floor once in a thousand orders; a real one is many times as high.")
+STRANGE_CHANCE = limit(0.05, "chance", "Among motors that are alike one call in twenty names one as strange.")
+STRANGE_RATIO = limit(1.1 / 0.9, "times the others", "Data sheets allow torque constants 10 % each way: motors of one type differ by this.",
+    "seed document, annex A")

@@ -130,9 +130,16 @@ def led_directions(angle: Array, back: float) -> tuple[Array, Ints]:
 
 
 def sweep_of(
-    name: str, unit: str, time: Array, angle: Array, effort: Array, flag: Array | None = None, lines: Ints | None = None
+    name: str,
+    unit: str,
+    time: Array,
+    angle: Array,
+    effort: Array,
+    flag: Array | None = None,
+    lines: Ints | None = None,
+    aside: Bools | None = None,
 ) -> Sweep:
-    """A log from its columns in SI; the angle may begin anew at every turn."""
+    """A log from its columns in SI; the angle may begin anew at every turn. Rows that are `aside` tell nothing."""
     angle = np.unwrap(angle) if np.ptp(angle) <= 2 * np.pi * (1 + 1e-9) else angle  # tolerance: of rounding
     wide, step = _window(angle)
     direction, turns = led_directions(angle, min(BACK, float(np.ptp(angle)) / 4))
@@ -148,7 +155,7 @@ def sweep_of(
     speed = np.divide(angle[ahead] - angle[behind], took, out=np.zeros(len(angle)), where=took > 0)
     slope = np.divide(speed[ahead] - speed[behind], took, out=np.zeros(len(angle)), where=took > 0)
     made = Sweep(name, unit, time, angle, effort, direction, speed, slope, used, step, flag, lines)
-    return replace(made, used=used & ~_pauses(made))
+    return replace(made, used=used & ~_pauses(made) & (True if aside is None else ~aside))
 
 
 def _pauses(sweep: Sweep) -> Bools:

@@ -17,7 +17,9 @@ from robocal._types import Array, Bools, Ints
 __all__ = ["join_restarts", "repeated_rows", "restarts"]
 
 FIRST_STEP = 10.0  # grid: times the middle step of time; a wrong stamp leads back at once, a sweep goes on
-CHANCE = 0.2  # grid: of equal efforts at angles that moved; above it an effort is so coarse that equal rows are readings
+CHANCE = (
+    0.2  # grid: of equal efforts at angles that moved; above it an effort is so coarse that equal rows are readings
+)
 SURELY = 0.1  # grid: by how much equal efforts must be more frequent at equal angles
 
 

@@ -32,8 +32,8 @@ NUMBERED = r"[A-Za-z]*[ _-]?\d+"
 MEANINGS: Mapping[str, Sequence[tuple[str, str | None]]] = {
     "time": (("time", None), ("zeit", None), ("temps", None), ("tiempo", None), ("tempo", None), ("seconds", "s"), ("t", None)),
     "angle": (
-        ("pos_estimate", "turn"), ("shaft_angle", "rad"), ("winkel", None), ("lage", None), ("angle", None), ("theta", None), ("position", None),
-        ("posicion", None), ("angolo", None), ("pos", None),
+        ("pos_estimate", "turn"), ("shaft_angle", "rad"), ("winkel", None), ("lage", None), ("angle", None), ("theta", None),
+        ("position", None), ("posicion", None), ("angolo", None), ("pos", None),
     ),
     "current": (
         ("iq_measured", "A"), ("q_current", "A"), ("strom", None), ("courant", None), ("corriente", None), ("corrente", None),
@@ -78,9 +78,9 @@ def by_headers(table: CsvTable) -> dict[str, Told]:
     for name in table.names:
         for what, words in COLUMNS.items():
             any_word = "|".join(words)
-            hit = re.fullmatch(rf"(?i:{any_word})(?:\.(?P<name>\S+)|[ _-]?(?P<number>{NUMBERED}))", name) or re.fullmatch(
-                rf"(?P<number>{NUMBERED})[ ._-](?i:{any_word})", name
-            )
+            hit = re.fullmatch(
+                rf"(?i:{any_word})(?:\.(?P<name>\S+)|[ _-]?(?P<number>{NUMBERED}))", name
+            ) or re.fullmatch(rf"(?P<number>{NUMBERED})[ ._-](?i:{any_word})", name)
             if hit:
                 motor = hit.groupdict().get("name") or hit["number"]
                 several.setdefault(motor, {}).setdefault(what, (name, None))
@@ -102,12 +102,16 @@ def insist_known(table: CsvTable, told: Told) -> None:
     headers = ", ".join(n for n in table.names if n)
     if len(efforts) > 1:
         raise table.fail(
-            "torque and current: one of them is the effort", found=headers, expected=f"--columns {efforts[0]}=COLUMN:UNIT alone"
+            "torque and current: one of them is the effort",
+            found=headers,
+            expected=f"--columns {efforts[0]}=COLUMN:UNIT alone",
         )
     missing = [*(w for w in ("time", "angle") if w not in told), *(() if efforts else ("effort",))]
     words = [WORDS[w] for w in missing]
     if missing:
-        raise table.fail(f"no column is {_list(words, 'or')}", found=headers or "no headers", expected=_proposal(table, told))
+        raise table.fail(
+            f"no column is {_list(words, 'or')}", found=headers or "no headers", expected=_proposal(table, told)
+        )
     bare = [k for k in ("time", "angle", *efforts) if told[k][1] is None and table.unit(told[k][0]) is None]
     if bare:
         columns = ", ".join(str(table.label(table.find(told[k][0]))) for k in bare)
@@ -132,6 +136,8 @@ def _proposal(table: CsvTable, told: Told) -> str:
     words, sure = list[str](), True
     for what in ("time", "angle", effort):
         column, unit = told.get(what) or guess[what] or ("COLUMN", None)
+        meant = guess[what]
+        unit = unit or (meant[1] if meant and column in (meant[0], meant[0].casefold()) else None)
         own = table.unit(column) if column != "COLUMN" else None
         sure = sure and bool(own or unit)
         words.append(f"{what}={column}:{own or unit or SI[what].replace(' ', '')}")

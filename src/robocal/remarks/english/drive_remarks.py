@@ -71,6 +71,14 @@ class DriveRemarks:
         "Raise the gain of the position loop, and sweep again.",
     )
     DRIVE_LONE_ROWS = Phrase("{count} rows of {log} stand alone, far from the rows around them, and are left out")
+    DRIVE_STRANGE = Phrase(
+        "{motor} is unlike the other motors: its {what} is {value:.3g} {unit}, theirs {low:.3g} to {high:.3g} {unit}",
+        "Look at its bearings, its load and its wiring, and sweep it again.",
+    )
+    DRIVE_REPEATED_ROWS = Phrase(
+        "{count} rows of {log} repeat the row before, as a logger faster than its drive writes them: left out"
+    )
+    DRIVE_TIME_ANEW = Phrase("time starts anew in line {lines} of {log}: read as {count} sweeps, one after the other")
     DRIVE_TABLE_LOST = Phrase(
         "{lost:.3g} deg of the tables have no reading near, in neither direction",
         "Log more often, or take a wider --window.",

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,7 @@ from robocal.drives.order_names import STRONG, guess_motor, name_order
 from robocal.drives.seed_table import SeedTable, seed_table
 from robocal.errors import ModelError
 from robocal.files.display import to_display
-from robocal.files.drive_log import DriveLog, read_drive_log
+from robocal.files.drive_log import DriveLog
 from robocal.files.motor_file import FILE, MotorFile, motor_text
 from robocal.files.parts import Document, Origin
 from robocal.files.plain import json_text
@@ -236,27 +235,8 @@ def _parts(order: int) -> tuple[str, str]:
     return f"order{order}.cos", f"order{order}.sin"
 
 
-def _read(paths: Sequence[Path], columns: Sequence[str]) -> tuple[DriveLog, ...]:
-    logs = tuple(read_drive_log(p, columns) for p in paths)
-    units = {log.sweep.unit for log in logs}
-    if len(units) > 1:
-        raise ModelError(
-            "one motor has logs of torque and of current", found=" and ".join(sorted(units)), expected="one of them"
-        )
-    known: dict[tuple[int | None, int | None], DriveLog] = {}
-    for log in logs:
-        known.setdefault((log.motor.slots, log.motor.poles), log)
-    said = [k for k in known if any(k)]
-    if len(said) > 1:
-        raise ModelError(
-            "the logs are of different motors", found=", ".join(str(known[k].path) for k in said), expected="one motor"
-        )
-    return logs
-
-
-def find_drive(o: Any, watch: Watch | None, command: str) -> IdentifiedDrive:
+def find_drive(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, command: str) -> IdentifiedDrive:
     """Identifies the motor of some logs. Raises InputError."""
-    logs = _read(o.logs, o.columns)
     with computable(*(log.path for log in logs)):
         return identify_logs(o, logs, watch, command)
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
-from robocal._record import record
+from robocal._record import record, replace
 from robocal.report.sections import Section
 from robocal.session.drive.drive_settings import DriveSettings
 from robocal.verbs import shared_options as w
@@ -14,6 +15,7 @@ from robocal.verbs.option import Arg, BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch, details, run_verb
 
 if TYPE_CHECKING:
+    from robocal.session.drive.drive_group import IdentifiedDrives
     from robocal.session.drive.drive_result import IdentifiedDrive
 
 __all__ = ["Options", "details", "run", "sections"]
@@ -35,7 +37,10 @@ class Options(BaseOptions):
     robocal drive identify sweep.csv -o run
     robocal drive identify sweep.txt --columns time=Time:s,angle=Position:rad,current=Iq:A -o run
     robocal drive identify slow.csv fast.csv --slots 18 --poles 24 -o run
+    robocal drive identify m1.csv m2.csv m3.csv m4.csv --each -o motors
     robocal drive compensate run --format c
+
+    A file may have several motors, as columns angle 1, current 1, angle 2, ...: each is found by itself, and the strange one is named.
 
     Orders are taken as long as arcs of 30 degrees that were held out are met better with them. "Improved" means that the table
     explains unseen arcs better than friction and offset alone.
@@ -45,8 +50,9 @@ class Options(BaseOptions):
 
     logs: Annotated[tuple[Path, ...], LOGS]
     columns: tuple[str, ...] = option(
-        (), "Columns of a CSV, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag", "WORDS", listed=True
-    )
+        (), "Columns of a CSV, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag; angle.left is that of motor left",
+        "WORDS", listed=True,
+    )  # fmt: skip
     orders: int = option(OWN.orders, "At most so many orders", "N", least=1, most=100)
     phases: str = option(
         OWN.phases, "One lag for both directions, or phases of their own; auto: what held-out arcs prefer", "WORD",
@@ -65,22 +71,52 @@ class Options(BaseOptions):
     )
     degree: int = option(OWN.degree, "Degree of the polynomials of --method seed", "N", least=2, most=3)
     window: float = option(OWN.window, "Window of --method seed", "DEG", unit="deg", above=0, most=60)
+    each: bool = option(False, "Every log is of a motor of its own: one table, and a folder for each")
     output: Path | None = option(None, "Folder for motor.yaml, drive.json and report.html", "DIR", short="-o")
     force: w.Force = False
 
 
 FILES = ("motor.yaml", "drive.json", "report.html")
+GROUP_FILES = ("motors.json", "report.html")
 
 
-def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[IdentifiedDrive]:
-    """Finds a motor in its logs. Raises InputError."""
+def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[IdentifiedDrive | IdentifiedDrives]:
+    """Finds a motor in its logs, or several; each of several has a folder of its own. Raises InputError."""
+    from robocal.files.writing import refuse_existing
+    from robocal.session.drive.drive_group import identify_each
+    from robocal.session.drive.drive_logs import folder_name, logs_by_motor
     from robocal.session.drive.drive_result import find_drive
 
-    return run_verb(o, FILES, lambda: find_drive(o, watch, command), sections, details)
+    motors = logs_by_motor(o)
+    if len(motors) == 1:
+        logs = next(iter(motors.values()))
+        return run_verb(o, FILES, lambda: find_drive(o, logs, watch, command), sections, details)
+    own = {name: replace(o, output=None if o.output is None else o.output / folder_name(name)) for name in motors}
+    for each in own.values():
+        refuse_existing(each.output, FILES, o.force)
+    refuse_existing(o.output, GROUP_FILES, o.force)
+    found = identify_each(o, motors, watch, command)
+    written: tuple[Path, ...] = ()
+    for name, member in found.members.items():
+        made = run_verb(own[name], FILES, partial(_same, member), sections, details)
+        written = (*written, *made.written)
+    outcome = run_verb(o, GROUP_FILES, lambda: found, sections, details)
+    return outcome.with_files((*written, *outcome.written)) if written else outcome
 
 
-def sections(made: Outcome[IdentifiedDrive]) -> Iterator[Section]:
-    """The verdict, the shares, the orders, and the logs."""
+def _same(found: IdentifiedDrive) -> IdentifiedDrive:
+    return found
+
+
+def sections(made: Outcome[Any]) -> Iterator[Section]:
+    """The verdict, the shares, the orders, and the logs; of several motors their table."""
+    from robocal.session.drive.drive_group import IdentifiedDrives
+
+    if isinstance(made.result, IdentifiedDrives):
+        from robocal.report.drive_group import group_sections
+
+        yield from group_sections(made.result, made.written)
+        return
     from robocal.report.drive_page import drive_sections
 
     yield from drive_sections(made.result, made.written)
