@@ -40,7 +40,7 @@ LANDING = np.radians(0.3)  # grid: so far friction gives way before the rotor tu
 class Sweep:
     """Rows (m,) of one log in SI: `time`, `angle` (rad, unwrapped), `effort` (N m or A, as `unit` says), `direction` (1, -1, 0 where it
     stands), `speed` (rad/s) and `acceleration`, both smoothed; `flag` is what the log itself says of a compensation, `used` which rows
-    count; `step` is one step of the encoder (rad, 0: none is seen)."""
+    count; `step` is one step of the encoder (rad, 0: none is seen), and `loaded` whether something hangs on the shaft."""
 
     name: str
     unit: str
@@ -54,6 +54,7 @@ class Sweep:
     step: float = 0.0
     flag: Array | None = None
     lines: Ints | None = None
+    loaded: bool = False
 
     def __len__(self) -> int:
         return len(self.angle)

@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import BeforeValidator, Field, PositiveFloat, PositiveInt
 
-from robocal._record import record
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.drives.drive_sweep import Sweep, sweep_of
 from robocal.drives.log_rows import join_restarts, repeated_rows, restarts
@@ -118,6 +118,12 @@ class DriveLog:
     remarks: tuple[Remark, ...] = ()
     angle_unit: str = "rad"
     load: str | None = None
+
+    def with_load(self, loaded: bool) -> DriveLog:
+        """The same with a load, where it is said to have one and its file does not say otherwise."""
+        if not loaded or self.load is not None:
+            return self
+        return replace(self, load="loaded", sweep=replace(self.sweep, loaded=True))
 
     @property
     def speed_unit(self) -> str:
@@ -246,6 +252,7 @@ def _read(
         raise table.fail(
             "the angle goes nowhere", column=told["angle"][0], expected="a sweep over a turn, in both directions"
         )
+    sweep = replace(sweep, loaded=load == "loaded")
     return DriveLog(sweep, place, files, motor, table.unread(), tuple(remarks), read["angle"][1], load)
 
 

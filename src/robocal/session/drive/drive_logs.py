@@ -26,7 +26,7 @@ def logs_by_motor(o: Any) -> MotorLogs:
             if o.each and name in found:
                 expected = "a name for each, as motor: {name: ...} in its data file"
                 raise ModelError("two motors have one name", key=str(log.path), found=name, expected=expected)
-            found.setdefault(name, []).append(log)
+            found.setdefault(name, []).append(log.with_load(o.loaded))
     out = {name: tuple(logs) for name, logs in found.items()}
     for logs in out.values():
         _insist_one_motor(logs)

@@ -260,7 +260,7 @@ def identify_logs(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, comma
         hint = "" if reading is None else f", or other columns or units: {dict(reading.numbers)['change']}"
         message, found = "the log stays within one arc of 30 degrees", str(logs[fitted[0]].path)
         raise ModelError(message, found=found, expected=f"a sweep over a turn{hint}")
-    chosen = choose(moments, o.orders, o.eccentric)
+    chosen = choose(moments, o.orders, o.eccentric, all(s.loaded for s in sweeps))
     name = logs[fitted[0]].sweep.name
     tried: dict[str, MotorFit] = {}
     # Where a rotor escaped, one direction has to say what the other lost: phases of its own would hear nothing of it.
@@ -283,7 +283,9 @@ def identify_logs(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, comma
         for i, log in enumerate(logs)
     )
     table = seed_table(sweeps[0], escaped[0] | lone[0], o.degree, np.radians(o.window)) if o.method == "seed" else None
-    verdict, warnings = judge_logs(logs, sweeps, used, escaped, taken, other_logs, (slots, poles), o)
+    noise = noise_of(taken.decision)
+    noise_share = noise**2 * float(moments.n.sum() / moments.q.sum())
+    verdict, warnings = judge_logs(logs, sweeps, used, escaped, taken, other_logs, (slots, poles), noise_share)
     alone = [
         Remark.of(Code.DRIVE_LONE_ROWS, count=int(a.sum()), log=s.name)
         for s, a in zip(sweeps, lone, strict=True)
@@ -298,7 +300,7 @@ def identify_logs(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, comma
     return IdentifiedDrive(
         warnings=warnings, inputs=tuple(dict.fromkeys(f for log in logs for f in log.files)), command=command, logs=logs, fitted=fitted,
         used=used, escaped=escaped, verdict=verdict, chosen=chosen, taken=taken, tried=tried, other=other,
-        noise=noise_of(taken.decision), other_logs=other_logs, log_shares=log_shares, seed=table,
+        noise=noise, other_logs=other_logs, log_shares=log_shares, seed=table,
         motor_file=motor_file, left_amplitudes=left,
     )  # fmt: skip
 

@@ -72,6 +72,7 @@ class Options(BaseOptions):
     degree: int = option(OWN.degree, "Degree of the polynomials of --method seed", "N", least=2, most=3)
     window: float = option(OWN.window, "Window of --method seed", "DEG", unit="deg", above=0, most=60)
     each: bool = option(False, "Every log is of a motor of its own: one table, and a folder for each")
+    loaded: bool = option(False, "The logs have a load: what comes once per turn is its weight")
     output: Path | None = option(None, "Folder for motor.yaml, drive.json and report.html", "DIR", short="-o")
     force: w.Force = False
 
