@@ -155,3 +155,33 @@ def test_nobody_speaks_of_poses_to_a_motor(place, plain):
     for result in (plain, found(place, log(place, "noise.csv", rows(noise=2.0))).result):
         said = " ".join(r.sentence + r.advice for r in (*result.warnings, *result.verdict.remarks))
         assert "pose" not in said and "readings" not in said and "configuration" not in said
+
+
+def test_detached_and_loaded_logs_are_one_motor_with_two_frictions(place):
+    hung = rows(turns=2.0)
+    hung[:, 2] += 0.15 * np.sin(hung[:, 1]) + 0.08 * np.sign(np.gradient(hung[:, 1]))
+    log(place, "loaded.csv", hung, "t,a,i")
+    text = "robocal: 1\nkind: current\nfile: loaded.csv\nload: loaded\n"
+    text += "time: {column: t, unit: s}\nangle: {column: a, unit: rad}\ncurrent: {column: i, unit: A}\n"
+    (place / "loaded.yaml").write_text(text)
+    made = found(place, log(place), place / "loaded.yaml", output=place / "both")
+    assert made.trusted and 1 not in made.result.taken.motor.orders
+    columns = {c.name: list(c.values) for c in made.result.friction_listing.columns}
+    assert columns["friction"] == pytest.approx([0.1, 0.18], abs=0.002)
+    assert columns["weight"] == pytest.approx([0.0, 0.15], abs=0.003)
+    page = (place / "both" / "report.html").read_text()
+    assert "Friction of each log" in page and "Noise and speed" in page
+
+
+def test_noise_of_faster_sweeps_is_larger_beside_the_cogging(place):
+    made = found(place, log(place), log(place, "fast.csv", rows(speed=2.0, noise=0.05)), method="seed")
+    columns = {c.name: list(c.values) for c in made.result.log_listing.columns}
+    assert columns["use"] == ["fitted", "held back"]
+    assert columns["noise_share"][1] > 4 * columns["noise_share"][0]
+    methods = {c.name: list(c.values) for c in made.result.document.methods.columns}
+    assert methods["method"] == ["harmonics", "tables of the seed"] and min(methods["same"]) > 0.95
+
+
+def test_a_quarter_of_a_turn_is_told_whatever_else_is_wrong(place):
+    made = found(place, log(place, "quarter.csv", rows(turns=0.2)))
+    assert not made.trusted and Code.DRIVE_UNDER_TURN in codes(made) and Code.FEW_UNSEEN not in codes(made)

@@ -48,7 +48,7 @@ def judge_logs(
     warnings = [r for log in logs for r in log.remarks]
     for remark, lacking in check_coverage(sweeps, used, made):
         if lacking:
-            verdict = verdict.instead("not_improved", remark) if verdict.status == "improved" else verdict
+            verdict = _doubt(verdict, remark)
         else:
             warnings.append(remark)
     share = taken.share if np.isfinite(taken.share) else 0.0
@@ -64,7 +64,7 @@ def judge_logs(
             *check_electrical(sweeps[0], share, noise_share, c, made),
         ):
             if doubted:
-                verdict = verdict.instead("not_improved", remark) if verdict.status == "improved" else verdict
+                verdict = _doubt(verdict, remark)
             else:
                 warnings.append(remark)
     for sweep, rows in zip(sweeps, escaped, strict=True):
@@ -79,10 +79,18 @@ def judge_logs(
     return replace(verdict, reasons=tuple(_own_words(verdict))), tuple(warnings)
 
 
+def _doubt(verdict: Verdict, why: Remark) -> Verdict:
+    """The verdict with a reason why nobody should use the table; not improved, where it was."""
+    if verdict.status == "improved":
+        return verdict.instead("not_improved", why)
+    return replace(verdict, reasons=(why, *verdict.reasons))
+
+
 def _own_words(verdict: Verdict) -> Iterator[Remark]:
-    """The reasons; a gain that was proven beside a refusal says nothing more."""
+    """The reasons; beside those of the log a gain that was proven says nothing more, nor do poses that are few or numbers that a few arcs make odd."""
+    own = any(r.code.startswith("drive-") for r in verdict.reasons)
     for r in verdict.reasons:
-        if r.code != Code.GAIN_ANYWAY:
+        if r.code != Code.GAIN_ANYWAY and not (own and r.code in (Code.FEW_UNSEEN, Code.NUMBER_WRONG)):
             yield replace(r, code=OWN_WORDS.get(r.code, r.code))
 
 

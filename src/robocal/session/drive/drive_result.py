@@ -41,6 +41,7 @@ from robocal.session.drive.drive_fit import (
     prefer_directions,
 )
 from robocal.session.drive.drive_judge import escape_width, judge_logs
+from robocal.session.drive.drive_listings import friction_listing, log_listing, other_listing, seed_listing
 from robocal.session.drive.table_share import Explained, explain
 from robocal.session.verb_base import VerdictResult
 from robocal.session.watching import computable
@@ -51,8 +52,8 @@ __all__ = ["DriveDocument", "IdentifiedDrive", "find_drive", "identify_logs"]
 @record(kw_only=True)
 class DriveDocument(Document):
     """drive.json: the motor, the verdict, shares of the variance without friction on unseen arcs (as taken; with one lag, with phases per
-    direction, of one direction from the other), the noise and the share that it leaves to any curve, friction, orders, logs, and logs
-    that were held back."""
+    direction, of one direction from the other), the noise and the share that it leaves to any curve, friction, orders, logs, friction
+    of each, harmonics beside tables of the seed's method, and logs that were held back."""
 
     motor: str
     method: str
@@ -67,6 +68,8 @@ class DriveDocument(Document):
     friction: UnitValue
     orders: Listing
     logs: Listing
+    frictions: Listing
+    methods: Listing | None
     other_logs: Listing
     escapes: UnitValue
     provenance: Origin
@@ -156,40 +159,17 @@ class IdentifiedDrive(VerdictResult):
     @cached_property
     def log_listing(self) -> Listing:
         """A row for each log: speed, rows, noise and how large it is beside the cogging."""
-        size = float(np.sqrt(np.sum(self.taken.motor.cogging.amplitudes**2) / 2)) or np.nan
-        sweeps = [log.sweep for log in self.logs]
-        return Listing(
-            (
-                Column("log", "", [log.path.name for log in self.logs]),
-                Column("rows", "", [len(s) for s in sweeps]),
-                Column("turns", "", np.array([np.ptp(s.angle) / (2 * np.pi) for s in sweeps]), figures=3),
-                Column("speed", "deg/s", np.degrees([s.median_speed for s in sweeps]), figures=3),
-                Column("noise", self.unit, np.array([p.noise for p in self.log_shares]), figures=2),
-                Column(
-                    "noise_share",
-                    "",
-                    np.array([p.noise for p in self.log_shares]) / size,
-                    figures=2,
-                    label="noise / cogging",
-                ),
-                Column("alone", "", np.array([p.alone for p in self.log_shares]), spec=".1%", label="table explains"),
-                Column("use", "", ["fitted" if i in self.fitted else "held back" for i in range(len(self.logs))]),
-            )
-        )
+        return log_listing(self)
+
+    @cached_property
+    def friction_listing(self) -> Listing:
+        """Friction of each log that was fitted, detached or loaded."""
+        return friction_listing(self)
 
     @cached_property
     def other_listing(self) -> Listing:
         """A row for each log that was held back."""
-        rows = list(self.other_logs.items())
-        return Listing(
-            (
-                Column("log", "", [self.logs[i].path.name for i, _ in rows]),
-                Column("speed", "rad/s", [e.speed for _, e in rows], figures=3),
-                Column("alone", "", [e.alone for _, e in rows], spec=".1%"),
-                Column("fitted", "", [e.fitted for _, e in rows], spec=".1%", label="with lag, gain, inertia"),
-                Column("best", "", [e.best for _, e in rows], spec=".1%", label="own fit of the same orders"),
-            )
-        )
+        return other_listing(self)
 
     @property
     def escapes(self) -> float:
@@ -217,6 +197,7 @@ class IdentifiedDrive(VerdictResult):
             share=self.taken.share, share_lag=of.get("lag"), share_directions=of.get("directions"), share_other_direction=self.other,
             ceiling=self.ceiling, noise=UnitValue(self.noise, self.unit), lag=UnitValue(float(np.degrees(motor.cogging.lag)), "deg"),
             friction=UnitValue(self.motor_file.coulomb, self.unit), orders=self.orders, logs=self.log_listing,
+            frictions=self.friction_listing, methods=seed_listing(self),
             other_logs=self.other_listing, escapes=UnitValue(self.escapes, "deg"),
         )  # fmt: skip
 
