@@ -43,6 +43,7 @@ FACTS = {
     ),
     Code.JOINT_LOADS_APART,
     *(Code.HAND_EYE_LOST,),  # beside what explains it
+    *(Code.DRIVE_GAIN_PROVEN, Code.DRIVE_GAIN_NOT_PROVEN, Code.DRIVE_REPEATED_ROWS, Code.DRIVE_TIME_ANEW),
     *(Code.LENS_GAIN_PROVEN, Code.LENS_NOT_CONVERGED, Code.POSES_WITHOUT_VIEW),
     *(
         Code.DRIVE_WINDING,
