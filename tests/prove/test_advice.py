@@ -30,6 +30,13 @@ QUICK = (
 )
 # Obeyed by a test of their own, above which a comment says so: `# obeys: CODE`.
 OTHER = {
+    "currents-exchanged": "cli/test_cable_winch_columns.py",
+    "current-turned": "cli/test_cable_winch_columns.py",
+    "current-unlike": "cli/test_cable_winch_columns.py",
+    "currents-shifted": "cli/test_cable_winch_columns.py",
+    "current-row": "cli/test_cable_winch_columns.py",
+    "currents-unbalanced": "cli/test_cable_winch_columns.py",
+    "winch-gain": "cli/test_cable_winch_columns.py",
     "load-not-above": "cli/test_cable_straightness.py",
     "negative-number": "session/test_joint_torques.py",
     "torques-left": "session/test_joint_torques.py",

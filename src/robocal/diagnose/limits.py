@@ -182,7 +182,8 @@ TENSION_POSES = limit(3, "poses", "Fewer are balanced by any mass.")
 TENSION_MASS = limit(2.0, "times", "A mass so far from the stated one is another platform, or another unit.")
 CELL_UNIT_NEAR = limit(0.2, "of a factor", "So near to the factor of a unit it is that unit.")
 WINCH_GAIN = limit(1.4, "times what an ampere pulls",
-    "Halfway to the least mistake, a diameter for a radius; anchors a centimetre off make a tenth.", "tests/cli/test_cable_winch_columns.py")
+    "Halfway to the least mistake, a diameter for a radius; anchors a centimetre off make a tenth.",
+    "tests/cli/test_cable_winch_columns.py")
 BOX_LARGEST = limit(1000.0, "times the machine", "A box of poses that is larger is a slip of the unit.")
 
 topic("Files and units")

@@ -63,7 +63,11 @@ GAIN = declare(
     "Check the gear, the radius of the drum, the unit of the currents, the torque constant, and the platform's mass.",
 )
 # What an ampere pulls too much, and the mistake that makes it so.
-FACTORS = {1e3: "a unit is a thousand times off", 1e-3: "a unit is a thousand times off", 2.0: "a diameter for a radius"}
+FACTORS = {
+    1e3: "a unit is a thousand times off",
+    1e-3: "a unit is a thousand times off",
+    2.0: "a diameter for a radius",
+}
 SHIFTS = (-3, -2, -1, 1, 2, 3)
 
 
@@ -100,11 +104,11 @@ class Winches:
         still = gravity_wrench(t, float(robot.need("mass")), robot.com)[:, rows]
         free = obs.options.get("free")
         loose = [i for i, s in enumerate(("cx", "cy", "cz")) if isinstance(free, tuple) and s in free]
-        more = [gravity_wrench(t, 1.0, np.eye(3)[i])[:, rows] - gravity_wrench(t, 1.0, np.zeros(3))[:, rows] for i in loose]
+        more = [
+            gravity_wrench(t, 1.0, np.eye(3)[i])[:, rows] - gravity_wrench(t, 1.0, np.zeros(3))[:, rows] for i in loose
+        ]
         body = np.stack(more, axis=-1) if more else np.empty((*still.shape, 0))
-        return cls(
-            obs, at, structure_of(robot, t), still, body, obs.extra["current"][first], obs.extra["speed"][first]
-        )
+        return cls(obs, at, structure_of(robot, t), still, body, obs.extra["current"][first], obs.extra["speed"][first])
 
     @property
     def free(self) -> tuple[str, ...]:
@@ -112,12 +116,18 @@ class Winches:
         found = self.obs.options.get("free")
         return tuple(map(str, found)) if isinstance(found, tuple) else ()
 
-    def tried(self, current: Array, kept: Array | None = None, without: int | None = None) -> tuple[float, float, float]:
+    def tried(
+        self, current: Array, kept: Array | None = None, without: int | None = None
+    ) -> tuple[float, float, float]:
         """The force that is left (rms N), the tensions (rms N) and k, of the best numbers for such currents; of `kept` (k,) rows alone,
         or of whatever tension the cable `without` has."""
         columns = friction_columns(self.obs, current, self.speed)
         values = self.obs.options["values"]
-        known = {s: float(values.get(s, 0.0)) for s in FRICTION} if isinstance(values, dict) else dict.fromkeys(FRICTION, 0.0)
+        known = (
+            {s: float(values.get(s, 0.0)) for s in FRICTION}
+            if isinstance(values, dict)
+            else dict.fromkeys(FRICTION, 0.0)
+        )
         m, fixed = current.shape[1], np.zeros_like(current)
         parts = [columns[0][:, :, None] * np.ones(1)]
         for symbol, column in zip(FRICTION, columns[1:], strict=True):
