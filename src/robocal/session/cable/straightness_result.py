@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property, partial
 from typing import Any, ClassVar
 
 import numpy as np
 
 from robocal._record import record
-from robocal._types import Array
+from robocal._types import Array, Ints
 from robocal.cables.geometry import straight
 from robocal.cables.rope import Rope
 from robocal.cables.straightness import (
+    excess_of,
     greatest_tension,
     least_tension,
     level_excess,
     level_sag,
     pose_change,
+    position_gain,
     sag_of,
+    where_it_decides,
     worst_position,
 )
 from robocal.files.cable.pose_lists import pose_columns, tension_columns
@@ -83,10 +86,7 @@ class Straightness(CableResult):
     @cached_property
     def stretch(self) -> Array:
         """By how much cables are longer than without tension (k, m) in m."""
-        return self._stretched(self.tension)
-
-    def _stretched(self, tension: Array) -> Array:
-        strain = self.strain(tension)
+        strain = self.strain(self.tension)
         return self.full * strain / (1 + strain)
 
     @cached_property
@@ -128,26 +128,33 @@ class Straightness(CableResult):
         where every cable bears so much or less, stretch does. None: it always does."""
         longest = float(np.nanmax(self.full))
         guess = float(self.weight.max()) * longest * np.sqrt(longest / (24 * self.wanted))
+        gain = position_gain(self.robot, self.poses)
 
-        def alike(tension: float) -> Array:
-            return np.full_like(self.full, tension)
+        def told(change: Array, at: Ints, place: bool) -> Array:
+            return worst_position(gain[at], change) if place else change.max(axis=1)
 
-        def far(change: Array, place: bool) -> float:
-            if not np.isfinite(change).all():
-                return float("inf")
-            return float((worst_position(self.robot, self.poses, change) if place else change).max())
+        def of_sag(tension: float, at: Ints, place: bool) -> Array:
+            return told(
+                excess_of(self.robot, self.poses[at], np.full_like(self.full[at], tension), self.weight), at, place
+            )
 
-        def of_sag(tension: float, place: bool) -> float:
-            return far(sag_of(self.robot, self.poses, alike(tension), self.weight)[1], place)
+        def of_stretch(tension: float, at: Ints, place: bool) -> Array:
+            strain = self.strain(np.full((1, self.full.shape[1]), tension))
+            return told(self.full[at] * strain / (1 + strain), at, place)
 
-        def of_stretch(tension: float, place: bool) -> float:
-            return far(self._stretched(alike(tension)), place)
+        def least(error: Callable[[float], float]) -> float:
+            return least_tension(error, self.wanted, guess)
+
+        def greatest(error: Callable[[float], float]) -> float | None:
+            return greatest_tension(error, self.wanted)
 
         out: dict[str, float | None] = {}
         for name, place in (("length", False), ("position", True)):
-            heavy = self.weight.any()
-            out[f"sag.{name}"] = least_tension(partial(of_sag, place=place), self.wanted, guess) if heavy else None
-            out[f"stretch.{name}"] = greatest_tension(partial(of_stretch, place=place), self.wanted)
+            heavy, n = self.weight.any(), len(self.poses)
+            out[f"sag.{name}"] = (
+                where_it_decides(partial(of_sag, place=place), n, least, self.wanted) if heavy else None
+            )
+            out[f"stretch.{name}"] = where_it_decides(partial(of_stretch, place=place), n, greatest, self.wanted)
         return out
 
     @property
