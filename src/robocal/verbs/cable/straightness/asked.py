@@ -10,7 +10,9 @@ import numpy as np
 from robocal._types import Array
 from robocal.cables.rope import Rope, rope
 from robocal.cables.statics import gravity_wrench, structure_of
+from robocal.cables.straightness import excess_of
 from robocal.cables.tension import distribute
+from robocal.diagnose.limits import TENSION_MASS
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.cablefile import CableFile
@@ -19,7 +21,7 @@ from robocal.files.text import InputFile
 from robocal.files.units import finite, parse_quantity
 from robocal.progress import Watch
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Remark
+from robocal.remarks.remark import Quantity, Remark
 from robocal.session.cable import statics_options as statics
 from robocal.session.cable.load_fits import LoadFit, Loads, fit_loads
 from robocal.session.cable.straightness_result import Straightness
@@ -52,10 +54,10 @@ def compute_straightness(o: Any, watch: Watch | None = None, command: str = "") 
     warnings = [
         *file.warnings,
         *(() if rows is None else rows.warnings),
-        *(() if loads is None else loads.reading.warnings),
+        *(() if loads is None else (*loads.reading.warnings, *loads.notes)),
     ]
     tension, lost = _pulls(o, si, file, rows, poses, names)
-    reasons = (*lost, *(() if loads is None else loads.refused))
+    reasons = (*lost, *_slack(file, names, poses, tension, weight), *(() if loads is None else loads.refused))
     inputs = [*statics.robot_inputs(file, o.robot)]
     if rows is not None:
         inputs.append(InputFile(Path(o.poses), rows.sha256))
@@ -111,6 +113,32 @@ def _poses(o: Any, file: CableFile) -> tuple[CableList | None, Array, tuple[str,
     return rows, rows.values, rows.names
 
 
+def _slack(file: CableFile, names: tuple[str, ...], poses: Array, tension: Array, weight: Array) -> tuple[Remark, ...]:
+    """The first pose at which a tension does not carry its cable."""
+    held = np.isfinite(tension).all(axis=1)
+    longer = excess_of(file.robot, poses, tension, weight)
+    slack = (held[:, None] & ~np.isfinite(longer)) | (tension <= 0)
+    if not slack.any():
+        return ()
+    pose, cable = (int(v[0]) for v in np.nonzero(slack))
+    more = int(slack.any(axis=1).sum()) - 1
+    numbers = {"tension": Quantity(float(tension[pose, cable]), "N"), "more": more or None}
+    return (Remark.of(Code.CABLE_HANGS_SLACK, pose=names[pose], cable=file.robot.cables[cable], **numbers),)
+
+
+def _contradictions(file: CableFile, given: Array) -> tuple[Remark, ...]:
+    """Why tensions (k, m) in N of a list are in another unit than those of the robot's file."""
+    limits = file.robot.limits
+    if limits is None:
+        return ()
+    least, most = float(limits[:, 0].min()), float(limits[:, 1].max())
+    low, high = float(given.min()), float(given.max())
+    if high <= TENSION_MASS * most and high >= least / TENSION_MASS:
+        return ()
+    numbers = {k: Quantity(v, "N") for k, v in (("low", low), ("high", high), ("least", least), ("most", most))}
+    return (Remark.of(Code.TENSIONS_BEYOND, **numbers),)
+
+
 def _pulls(
     o: Any, si: Any, file: CableFile, rows: CableList | None, poses: Array, names: tuple[str, ...]
 ) -> tuple[Array, tuple[Remark, ...]]:
@@ -124,7 +152,7 @@ def _pulls(
             raise ModelError("a slack cable is not straight", key="--tension", found=o.tension, expected="above 0")
         return np.full(shape, float(si.tension)), ()
     if given is not None:
-        return given, ()
+        return given, _contradictions(file, given)
     robot = statics.robot_with_limits(file, si.limits)
     load = gravity_wrench(poses, statics.mass_of(file, si.payload, si.mass), robot.com)[:, robot.axes]
     spread = distribute(structure_of(robot, poses), load, robot.need("limits"))
