@@ -46,6 +46,7 @@ OTHER = {
     "tensions-beyond": "cli/test_cable_loads_wrong.py",
     "load-not-above": "cli/test_cable_straightness.py",
     "negative-number": "session/test_joint_torques.py",
+    "friction-unseen": "session/test_joint_torques.py",
     "torques-left": "session/test_joint_torques.py",
     "drive-one-direction": "session/test_drive_logs.py",
     "drive-under-turn": "session/test_drive_logs.py",
