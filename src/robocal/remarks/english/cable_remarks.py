@@ -267,6 +267,10 @@ class CableRemarks:
         "the loads leave the {what} of the cable between {low:.3g} and {high:.3g} (95 %), and every cable has one above zero",
         "Check units and columns of the loads, and that larger elongations count up. Else measure more loads, farther apart.",
     )
+    TENSIONS_FROM_CURRENTS = Phrase(
+        "tensions follow from the currents, {low:.4g~} to {high:.4g}, by winches that the run has identified: friction is up to "
+        "{friction:.3g} of them"
+    )
     LOADS_UNLIKE = Phrase(
         "the loads say {found:.4g} of the {what} of the cable, the robot's file {stated:.4g}: {times:.4g} times as much",
         "Check units and columns of the loads (tension, {reading}, {length}), and the {what} in the robot's file.",

@@ -14,7 +14,6 @@ from robocal.cables.straightness import excess_of
 from robocal.cables.tension import distribute
 from robocal.diagnose.limits import TENSION_MASS
 from robocal.errors import FormatError, ModelError
-from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.pose_lists import CableList, read_platform_poses
 from robocal.files.text import InputFile
@@ -23,8 +22,10 @@ from robocal.progress import Watch
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.session.cable import statics_options as statics
+from robocal.session.cable.calibrated import open_calibrated
 from robocal.session.cable.load_fits import LoadFit, Loads, fit_loads
 from robocal.session.cable.straightness_result import Straightness
+from robocal.session.cable.winch_run import with_tensions
 
 __all__ = ["compute_straightness"]
 
@@ -33,7 +34,8 @@ MOST = 5  # grid: poses that are named
 
 def compute_straightness(o: Any, watch: Watch | None = None, command: str = "") -> Straightness:
     """What the options of the verb ask for. Raises InputError."""
-    file = read_cable(o.robot)
+    known = open_calibrated(o.robot)
+    file = known.file
     si = o.si(file.units)
     wanted = parse_quantity(o.wanted, "m", key="--wanted")
     at = _tensions(o.at, file)
@@ -51,8 +53,13 @@ def compute_straightness(o: Any, watch: Watch | None = None, command: str = "") 
     weight = _weight(file, loads)
     ropes = _ropes(file, None if loads is None else loads.law, m)
     rows, poses, names = _poses(o, file)
+    told: tuple[Remark, ...] = ()
+    if rows is not None:
+        rows, told = with_tensions(rows, file.robot, known.run, o.poses)
     warnings = [
         *file.warnings,
+        *known.cautions,
+        *told,
         *(() if rows is None else rows.warnings),
         *(() if loads is None else (*loads.reading.warnings, *loads.notes)),
     ]
