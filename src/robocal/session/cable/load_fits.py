@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from robocal._record import field, record
+from robocal._record import field, record, replace
 from robocal._types import Array
 from robocal.cables.rope import ELASTICITY, EXPONENT, WEIGHT, Rope, rope, strain_slopes
 from robocal.errors import FormatError
@@ -102,6 +102,21 @@ class LoadFit:
     def measured(self) -> Array:
         """What was read, (k,) in m."""
         return np.concatenate([obs.value[:, 0] for obs in self.decision.need_data.observations])
+
+    def foretold(self, count: int) -> tuple[Array, Array]:
+        """Tensions (n,) in N, for sags from the least one on, else from 0, and what loads of the first one's length read there, m."""
+        data = self.decision.need_data
+        first = next(o for o in data.observations if len(o))
+        low = 0.0 if first.kind == "elongation" else float(self.tension.min())
+        t = np.linspace(low, float(self.tension.max()), count)
+        extra = {k: np.full(count, v[0]) for k, v in first.extra.items()} | {"tension": t}
+        none = np.zeros(count, dtype=np.int64)
+        asked = replace(
+            first, configuration=none, value=np.zeros((count, 1)), sigma=None, extra=extra, rows=None, used=None, digits=None,
+            rounding=None, target=None,
+        )  # fmt: skip
+        fit = self.decision.need_fit
+        return t, predict_rows(self.decision.model, data, asked, fit.problem.table, fit.solution.x)[:, 0]
 
     @property
     def stiffens(self) -> bool:

@@ -176,19 +176,24 @@ class Straightness(CableResult):
         """The span of the level cable, m."""
         return float(np.nanmax(self.full)) if self.span is None else self.span
 
+    @property
+    def laws(self) -> Mapping[str, Rope]:
+        """Cables by what their stretch is called: by both laws where loads tell them."""
+        if self.loads is None or self.loads.constant is None:
+            return {"stretch": self.ropes[0]}
+        both = (self.loads.constant, self.loads.curve)
+        return {f"stretch, {f.what}": f.rope for f in both if f is not None}
+
     @cached_property
     def level(self) -> Listing:
         """A level cable as long as the longest one, or as was asked for, under several tensions: sag, excess length, and the stretch of so
         much cable by each law."""
         t, w = self.levels, float(self.weight.max())
-        laws = {"stretch": self.ropes[0]} if self.loads is None or self.loads.constant is None else {
-            f"stretch, {f.what}": f.rope for f in (self.loads.constant, self.loads.curve) if f is not None
-        }  # fmt: skip
         return Listing((
             Column("tension", "N", t),
             Column("sag", "m", level_sag(self.length, t, w)),
             Column("excess", "m", level_excess(self.length, t, w)),
-            *(Column(name, "m", self.length * law.strain(t)) for name, law in laws.items()),
+            *(Column(name, "m", self.length * law.strain(t)) for name, law in self.laws.items()),
         ))  # fmt: skip
 
     @cached_property
@@ -218,15 +223,19 @@ class Straightness(CableResult):
             spans = np.concatenate([o.extra["span"] for o in w.decision.need_data.observations])
             longer = level_excess(spans, w.tension, float(self.weight.max()))
             told += [
-                ("sag", t, y, p, None, e) for t, y, p, e in zip(w.tension, w.measured, w.predicted, longer, strict=True)
+                ("sag", t, y, p, None, e, 1e2 * e / l)
+                for t, y, p, e, l in zip(w.tension, w.measured, w.predicted, longer, spans, strict=True)
             ]
         if one is not None:
             curved = [None] * len(one.measured) if other is None else other.predicted
             told += [
-                ("elongation", t, y, p, c, None)
+                ("elongation", t, y, p, c, None, None)
                 for t, y, p, c in zip(one.tension, one.measured, one.predicted, curved, strict=True)
             ]
-        heads = (("load", ""), ("tension", "N"), ("measured", "m"), ("fitted", "m"), ("curve", "m"), ("excess", "m"))
+        heads = (
+            *(("load", ""), ("tension", "N"), ("measured", "m"), ("fitted", "m"), ("curve", "m"), ("excess", "m")),
+            ("of the span", "%"),
+        )
         return Listing(tuple(Column(n, u, v) for (n, u), v in zip(heads, zip(*told, strict=True), strict=True)))
 
     @cached_property
