@@ -121,13 +121,13 @@ def root_of(square: Array) -> tuple[Array, Bools]:
     """C (..., d, d) with C C^T = W W^T, and where there is one (...): cables that all pull alike carry no wrench, and a search that
     tries such poses has to turn back."""
     try:
-        return np.linalg.cholesky(square), np.ones(square.shape[:-2], bool)
+        return np.asarray(np.linalg.cholesky(square)), np.ones(square.shape[:-2], bool)
     except np.linalg.LinAlgError:
-        known = np.isfinite(square).all(axis=(-2, -1))
+        known = np.asarray(np.isfinite(square).all(axis=(-2, -1)))
         some = np.where(known[..., None, None], square, np.eye(square.shape[-1]))
         spread = np.linalg.eigvalsh(some)
-        held = known & (spread[..., 0] > FLAT * spread[..., -1])
-        return np.linalg.cholesky(np.where(held[..., None, None], some, np.eye(square.shape[-1]))), held
+        held = np.asarray(known & (spread[..., 0] > FLAT * spread[..., -1]))
+        return np.asarray(np.linalg.cholesky(np.where(held[..., None, None], some, np.eye(square.shape[-1])))), held
 
 
 def _root_moved(inner: Array, own: Array, r: Array) -> Array:

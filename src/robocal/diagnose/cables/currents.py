@@ -203,8 +203,8 @@ def _cause(robot: CableRobot, obs: Observations, found: Winches, left: float) ->
     after = found.tried(i, kept=np.delete(np.arange(len(i)), row))[0] if len(i) > limits.TENSION_POSES else left
     if after < enough:
         told = int(obs.rows[np.flatnonzero(obs.configuration == found.at[row])[0]]) if obs.rows is not None else row
-        numbers = {"value": Quantity(float(i[row, cable]), "A"), "times": float(size[row, cable])}
-        return said(ROW, after, cable=names[cable], row=told, **numbers)
+        value, times = Quantity(float(i[row, cable]), "A"), float(size[row, cable])
+        return said(ROW, after, cable=names[cable], row=told, value=value, times=times)
     turned = {c: found.tried(i * np.where(np.arange(m) == c, -1.0, 1.0))[0] for c in range(m)}
     if turned[c := min(turned, key=turned.__getitem__)] < enough:
         return said(TURNED, turned[c], cable=names[c])

@@ -284,7 +284,7 @@ class CableRemarks:
         "Correct this row, or remove it.",
     )
     LOADS_COPIED = Phrase(
-        "{count} of {of} loads repeat others to the last digit, such as row {row} of {file}",
+        "{file}: {count} of {of} loads repeat others to the last digit, such as row {row}",
         "Give every measurement once: what is given twice counts twice.",
     )
     LOADS_UNEXPLAINED = Phrase(

@@ -103,7 +103,7 @@ class LoadFit:
         """What was read, (k,) in m."""
         return np.concatenate([obs.value[:, 0] for obs in self.decision.need_data.observations])
 
-    def foretold(self, count: int) -> tuple[Array, Array]:
+    def curve(self, count: int) -> tuple[Array, Array]:
         """Tensions (n,) in N, for sags from the least one on, else from 0, and what loads of the first one's length read there, m."""
         data = self.decision.need_data
         first = next(o for o in data.observations if len(o))

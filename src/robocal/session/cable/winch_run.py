@@ -36,7 +36,11 @@ class RunWinches:
     def of(cls, run: Run | None, robot: CableRobot) -> Self | None:
         """Those of a run; None where it has none, or those of several files."""
         told = {} if run is None else {p.name: p for p in run.result.parameters}
-        value = {n: p.nominal if p.identified is None else p.identified for n, p in told.items()}
+        value = {
+            n: float(v)
+            for n, p in told.items()
+            if (v := p.nominal if p.identified is None else p.identified) is not None
+        }
         owners = [n.removesuffix(f".{RATIO}") for n in value if n.endswith(f".{RATIO}")]
         if len(owners) != 1:
             return None

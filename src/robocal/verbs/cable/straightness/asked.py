@@ -122,7 +122,7 @@ def _poses(o: Any, file: CableFile) -> tuple[CableList | None, Array, tuple[str,
 
 def _slack(file: CableFile, names: tuple[str, ...], poses: Array, tension: Array, weight: Array) -> tuple[Remark, ...]:
     """The first pose at which a tension does not carry its cable."""
-    held = np.isfinite(tension).all(axis=1)
+    held = np.asarray(np.isfinite(tension).all(axis=1))
     longer = excess_of(file.robot, poses, tension, weight)
     slack = (held[:, None] & ~np.isfinite(longer)) | (tension <= 0)
     if not slack.any():

@@ -153,7 +153,7 @@ def _pictures(loads: Loads) -> Iterator[Section]:
         said = f"Measured (dots), and as fitted: {' (solid), '.join(f.what for f in fits)} ({'dashed' if beside else 'solid'})."
         drawn = [AngleCurve(fit.tension, 1e3 * fit.measured, dots="after")]
         for f, cls in zip(fits, CLASSES, strict=False):
-            t, y = f.foretold(POINTS)
+            t, y = f.curve(POINTS)
             drawn.append(AngleCurve(t, 1e3 * y, cls))
         if fit is one:
             said += " A line that misses the origin is the offset of the gauge."
