@@ -34,6 +34,7 @@ FACTS = {
     *(Code.ENDED_ELSEWHERE, Code.FRAMES_NOT_CONVERGED, Code.NOT_FINITE, Code.PARTICLES_STUCK),
     *(
         Code.STRETCH_TAKEN,
+        Code.TENSIONS_FROM_CURRENTS,
         Code.SAG_TAKEN,
         Code.BEYOND_TAKEN,
         Code.ZEROS_LEFT_ASIDE,
