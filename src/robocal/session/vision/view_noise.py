@@ -1,9 +1,11 @@
 """How large the noise of a measured pose is where nobody states it, as the residuals r of a first fit show it.
 
-    sigma_g^2 = f (sum r_g^2 + PRIOR sigma^2) / (n_g (N - p) / N + PRIOR)        g: across the view, along it, tilt, roll
+    log sigma_g^2 = (n_g log f s_g^2 + d log s^2) / (n_g + d),    s_g^2 = N / (N - p) mean r_g^2        g: across the view, along it, tilt, roll
+    d = min(PRIOR, 2 / t),    t = ((log s_a^2 - log s_b^2)^2 / 2 - 1 / n_a - 1 / n_b)_+
 
 A camera is not as sure along its view as across it. Each group of n_g numbers has its own noise as far as these tell it, of N numbers and
-p unknowns in all. Where residuals follow one another, as errors of a robot do on its way, f is what that takes from them
+p unknowns in all; s^2 is of both groups a, b of metres or radians. t is by how much logs of noise differ beyond chance: where one group is
+far from the other, it says little of it. Source: Smyth, Stat. Appl. Genet. Mol. Biol. 3 (2004), section 6. Where residuals follow one another, as errors of a robot do on its way, f is what that takes from them
 (`diagnose/serial`), else 1.
 
 Beside a moving robot the times of the views scatter as well. With v_i what a second does to the numbers of view i,
@@ -25,7 +27,7 @@ from robocal.fit.fit import Fit
 __all__ = ["read_noise"]
 
 GROUPS = ((0, 1), (2,), (3, 4), (5,))  # across the view, along it, tilt, roll
-PRIOR = 10.0  # grid: numbers that a group's own noise must outweigh
+PRIOR = 10.0  # grid: numbers that a group's own noise must outweigh, where groups seem alike
 CLEAR = 4.0  # tolerance: standard deviations of a correlation of neighbours, beyond chance
 TURNS, HALVINGS = 8, 60  # grid: of q and S in turns, and of an interval
 LATEST = 1.0  # grid: s, by which times of views may scatter
@@ -56,11 +58,17 @@ def read_noise(fit: Fit, late: str | None = None) -> Array:
 def _by_group(left: Array, more: float) -> Array:
     """The noise (6,) of residuals (k, 6), whose squares are `more` than they seem."""
     out = np.empty(6)
-    for group in GROUPS:
-        unit = slice(0, 3) if group[0] < 3 else slice(3, 6)
-        own, common = left[:, group] ** 2, float(np.mean(left[:, unit] ** 2))
-        size = np.sqrt(more * _repeated(left[:, group]) * (own.sum() + PRIOR * common) / (own.size + PRIOR))
-        out[list(group)] = max(float(size), np.finfo(float).tiny)
+    tiny = np.finfo(float).tiny
+    for pair in (GROUPS[:2], GROUPS[2:]):
+        squares = [left[:, group] ** 2 for group in pair]
+        own = np.array([np.log(max(float(v.mean()), tiny)) for v in squares])
+        count = np.array([v.size for v in squares])
+        common = np.log(max(float(np.concatenate([v.ravel() for v in squares]).mean()), tiny))
+        apart = max(0.0, float((own[0] - own[1]) ** 2 / 2 - (1 / count).sum()))
+        numbers = min(PRIOR, 2 / max(apart, tiny))
+        own += np.log([_repeated(left[:, group]) for group in pair])
+        for group, log in zip(pair, (count * own + numbers * common) / (count + numbers), strict=True):
+            out[list(group)] = max(float(np.sqrt(more * np.exp(log))), tiny)
     return out
 
 
