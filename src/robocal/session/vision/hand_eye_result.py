@@ -46,7 +46,7 @@ from robocal.session.vision.hand_eye_errors import HandEyeErrors, chain_of, find
 from robocal.session.vision.hand_eye_exchanged import find_exchanged
 from robocal.session.vision.hand_eye_frames import PlacedFrame, frames_listing, place_frames
 from robocal.session.vision.hand_eye_readings import PoseReading, doubt_poses, read_otherwise
-from robocal.session.vision.hand_eye_remarks import restate
+from robocal.session.vision.hand_eye_remarks import restate, tell_lens
 from robocal.session.vision.hand_eye_rig import contradict_rig
 from robocal.session.vision.hand_eye_size import contradict_size
 from robocal.session.vision.hand_eye_unknowns import find_lateness, locate_unknowns
@@ -331,10 +331,8 @@ def _judge(
     elif turned is not None:
         said.append(turned)
     lens, material = contradict_lens(opened, made, errors.normal)
-    if lens is not None and material:
-        verdict = verdict.instead("refused" if verdict.status == "refused" else "not_improved", lens)
-    elif lens is not None:
-        said.append(lens)
+    verdict, more = tell_lens(verdict, lens, material)
+    said += more
     unsized = material or bool(HARDLY_TURNS & {r.code for r in given.reasons})
     size, large = (None, False) if unsized else contradict_size(opened, made, errors)
     if size is not None and large:

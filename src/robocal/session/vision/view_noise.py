@@ -1,10 +1,10 @@
 """How large the noise of a measured pose is where nobody states it, as the residuals r of a first fit show it.
 
-    log sigma_g^2 = (n_g log f s_g^2 + d log s^2) / (n_g + d),    s_g^2 = N / (N - p) mean r_g^2        g: across the view, along it, tilt, roll
-    d = min(PRIOR, 2 / t),    t = ((log s_a^2 - log s_b^2)^2 / 2 - 1 / n_a - 1 / n_b)_+
+    log sigma_g^2 = (n_g log f s_g^2 + d log s^2) / (n_g + d),    s_g^2 = sum r_g^2 / n_g,    n_g = sum (1 - h)
+    d = min(PRIOR, 2 / t),    t = ((log s_a^2 - log s_b^2)^2 / 2 - 1 / n_a - 1 / n_b)_+        g: across the view, along it, tilt, roll
 
-A camera is not as sure along its view as across it. Each group of n_g numbers has its own noise as far as these tell it, of N numbers and
-p unknowns in all; s^2 is of both groups a, b of metres or radians. t is by how much logs of noise differ beyond chance: where one group is
+A camera is not as sure along its view as across it. Each group has its own noise as far as its n_g numbers tell it: h is how much of a
+number the fit took for its unknowns, most of those it trusts most. s^2 is of both groups a, b of metres or radians. t is by how much logs of noise differ beyond chance: where one group is
 far from the other, it says little of it. Source: Smyth, Stat. Appl. Genet. Mol. Biol. 3 (2004), section 6. Where residuals follow one another, as errors of a robot do on its way, f is what that takes from them
 (`diagnose/serial`), else 1.
 
@@ -28,6 +28,7 @@ __all__ = ["read_noise"]
 
 GROUPS = ((0, 1), (2,), (3, 4), (5,))  # across the view, along it, tilt, roll
 PRIOR = 10.0  # grid: numbers that a group's own noise must outweigh, where groups seem alike
+RANK, LEAST = 1e-10, 1e-3  # tolerance: of the largest singular value, and of what a fit leaves of a number
 CLEAR = 4.0  # tolerance: standard deviations of a correlation of neighbours, beyond chance
 TURNS, HALVINGS = 8, 60  # grid: of q and S in turns, and of an interval
 LATEST = 1.0  # grid: s, by which times of views may scatter
@@ -37,11 +38,11 @@ def read_noise(fit: Fit, late: str | None = None) -> Array:
     """The noise (k, 6) of measured poses; `late` names the delay of their clock, where they were taken on the way."""
     residuals = fit.problem.residuals(fit.solution.x)
     left, used = (np.concatenate([getattr(r, n) for r in residuals]) for n in ("value", "used"))
-    more = used.sum() * 6 / max(used.sum() * 6 - fit.problem.n, 1)
+    spare = _spare(fit).reshape(left.shape)[used]
     if late is None or late not in fit.problem.free:
-        return np.broadcast_to(_by_group(left[used], more), left.shape)
+        return np.broadcast_to(_by_group(left[used], spare), left.shape)
     speed = _speeds(fit, late)
-    own, r, v = _by_group(left[used], more), left[used], speed[used]
+    own, r, v = _by_group(left[used], spare), left[used], speed[used]
     q = 0.0
     for _ in range(TURNS):
         told = np.sum((v / own) ** 2, axis=1)
@@ -49,26 +50,33 @@ def read_noise(fit: Fit, late: str | None = None) -> Array:
         q = _scatter(late_by, told)
         share = q * told / (1 + q * told)
         rest = r - v * (late_by * share)[:, None]
-        own = _by_group(rest, more * r.size / (r.size - share.sum()))
+        own = _by_group(rest, spare * (1 - share.sum() / r.size))
     weight = (speed / own) ** 2
     count = weight.sum(axis=1) ** 2 / np.maximum(np.sum(weight**2, axis=1), 1e-12)
     return np.asarray(np.sqrt(own**2 + q * count[:, None] * speed**2))
 
 
-def _by_group(left: Array, more: float) -> Array:
-    """The noise (6,) of residuals (k, 6), whose squares are `more` than they seem."""
+def _spare(fit: Fit) -> Array:
+    """How much of every number (N,) the fit left, 1 - h; all but nothing of those it was told by alone."""
+    lin = fit.problem.linearize(fit.solution.x)
+    u, size, _ = np.linalg.svd(lin.j * fit.problem.scales, full_matrices=False)
+    taken = np.sum(u[:, size > RANK * size.max(initial=0.0)] ** 2, axis=1)
+    return np.maximum(1 - taken, LEAST)
+
+
+def _by_group(left: Array, spare: Array) -> Array:
+    """The noise (6,) of residuals (k, 6), of which a fit left so much."""
     out = np.empty(6)
     tiny = np.finfo(float).tiny
     for pair in (GROUPS[:2], GROUPS[2:]):
-        squares = [left[:, group] ** 2 for group in pair]
-        own = np.array([np.log(max(float(v.mean()), tiny)) for v in squares])
-        count = np.array([v.size for v in squares])
-        common = np.log(max(float(np.concatenate([v.ravel() for v in squares]).mean()), tiny))
+        square = np.array([float(np.sum(left[:, group] ** 2)) for group in pair])
+        count = np.array([float(np.sum(spare[:, group])) for group in pair])
+        own, common = np.log(np.maximum(square / count, tiny)), np.log(max(square.sum() / count.sum(), tiny))
         apart = max(0.0, float((own[0] - own[1]) ** 2 / 2 - (1 / count).sum()))
         numbers = min(PRIOR, 2 / max(apart, tiny))
         own += np.log([_repeated(left[:, group]) for group in pair])
         for group, log in zip(pair, (count * own + numbers * common) / (count + numbers), strict=True):
-            out[list(group)] = max(float(np.sqrt(more * np.exp(log))), tiny)
+            out[list(group)] = max(float(np.sqrt(np.exp(log))), tiny)
     return out
 
 
