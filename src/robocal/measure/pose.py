@@ -19,8 +19,9 @@ from robocal.geometry import se3, so3
 from robocal.measure.data import Observations
 from robocal.measure.rows import Carriers, Kind, Number, Rows, per_target, register
 
-__all__ = ["PARTS", "POSE", "SCALE", "PoseRows", "disturb"]
+__all__ = ["PARTS", "POSE", "SCALE", "SIGHT", "PoseRows", "disturb"]
 
+SIGHT = "by_sight"  # the option of observations whose errors lie along the line of sight
 PARTS = ((0, 3, "m"), (3, 6, "rad"))
 SCALE = Number("scale", "scale", "1", value=1.0, expected=1.0)  # of one camera, anything
 
@@ -33,7 +34,7 @@ class PoseRows(Rows):
         self.matrix = np.ascontiguousarray(se3.from_vector(self.value))
         self.metric = self.metric and not len(self.numbers)
         self.share: tuple[float, float] | None = obs.options.get("robot_share")  # type: ignore[assignment]
-        self.sight = _to_sight(self.matrix[..., :3, 3]) if obs.options.get("by_sight") else None
+        self.sight = _to_sight(self.matrix[..., :3, 3]) if obs.options.get(SIGHT) else None
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         from robocal.measure._kernels import pose_kernel

@@ -36,7 +36,7 @@ def scale_walk(fit: Fit) -> Array | None:
         return None
     name = number_names(seen[0])[0]
     lin = reweight(problem.linearize(x), problem)
-    view = np.repeat(problem.terms[0].configuration, 6)
+    view = np.repeat(problem.terms[0].configuration[problem.residuals(x)[0].used], 6)
     begins = np.unique(np.linspace(0, view.max() + 1, min(STEPS, int(view.max()) + 1) + 1).astype(int))[1:-1]
     column = lin.j[:, problem.free.index(name)] * float(x[0, problem.table.index[name]])
     wide = np.sqrt(np.diff(np.append(begins, view.max() + 1))) * STEP
