@@ -27,7 +27,10 @@ STEP = 1e-6  # of differences, m and rad
 LENS, EYE, SIZE, ANCHORS, ZEROS, MARKERS = 0, 8, 14, 15, 39, 47  # where unknowns begin; poses stand behind the markers
 DRAWS = 100
 EDGE = 5  # poses on either side of a slip
-Z_TOLD, Z_SURE = 4.9, 1.645  # sigma: chance puts 1e-6 beyond, as `SEGMENT_CHANCE` asks; of a slip that is told 19 times of 20
+Z_TOLD, Z_SURE = (
+    4.9,
+    1.645,
+)  # sigma: chance puts 1e-6 beyond, as `SEGMENT_CHANCE` asks; of a slip that is told 19 times of 20
 
 
 def turned(t, step):
@@ -178,10 +181,14 @@ def tell_slips(said, given):
     every = np.stack([slips(said, seed, given.case, given.floor, given.least) for seed in range(given.seeds)])
     half = every[:, :, every.shape[2] // 2]
     told = 1e3 * (Z_TOLD + Z_SURE)
-    print(f"{given.case}, {given.seeds} seeds: sigma of a slip, mm, and the least that is told 19 times of 20 ({Z_TOLD} sigma)")
+    print(
+        f"{given.case}, {given.seeds} seeds: sigma of a slip, mm, and the least that is told 19 times of 20 ({Z_TOLD} sigma)"
+    )
     for c in range(8):
         best = every[:, c].min(axis=1)
-        print(f"  c{c + 1}: half way {1e3 * np.median(half[:, c]):5.2f} ({told * np.median(half[:, c]):5.1f}), ", end="")
+        print(
+            f"  c{c + 1}: half way {1e3 * np.median(half[:, c]):5.2f} ({told * np.median(half[:, c]):5.1f}), ", end=""
+        )
         print(f"range of seeds {1e3 * half[:, c].min():.2f} to {1e3 * half[:, c].max():.2f}, ", end="")
         print(f"best pose {1e3 * np.median(best):5.2f} ({told * np.median(best):5.1f})")
     chance = norm.sf(Z_TOLD - 0.02 / half)
@@ -199,7 +206,9 @@ def main():
     words.add_argument(
         "--least", type=int, default=2, help="poses that see a marker, else it is left out, as `identify` does"
     )
-    words.add_argument("--slip", action="store_true", help="the least slip of a cable that can be told, and nothing else")
+    words.add_argument(
+        "--slip", action="store_true", help="the least slip of a cable that can be told, and nothing else"
+    )
     given = words.parse_args()
     said = YAML(typ="safe").load(given.rig.read_text(encoding="utf-8"))
     if given.slip:

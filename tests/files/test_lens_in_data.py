@@ -258,7 +258,9 @@ def two_files(tmp_path, first, second):
     parts = []
     for name, own, some in (("a", first, rows[:20]), ("b", second, rows[20:]), ("all", "left", rows)):
         (tmp_path / name).mkdir()
-        parts.append(put(tmp_path / name, data.replace("{name: left", f"{{name: {own}"), "\n".join([head, *some]) + "\n"))
+        parts.append(
+            put(tmp_path / name, data.replace("{name: left", f"{{name: {own}"), "\n".join([head, *some]) + "\n")
+        )
     return parts
 
 

@@ -20,7 +20,7 @@ def lens(*names, z=5.0):
 def test_two_ways_make_one_remark(material):
     """Every number by name, as the views alone tell it, with the largest z."""
     before = Verdict("not_improved", (OTHER, lens("fx 900 given, 960 found", z=9.0), lens("k1 0 given, -0.2 found")))
-    verdict, said = tell_lens(before, lens("fx 900 given, 955 found", "cx 640 given, 660 found"), material)
+    verdict, said, _ = tell_lens(before, lens("fx 900 given, 955 found", "cx 640 given, 660 found"), material)
     every = [r for r in (*verdict.reasons, *said) if r.code == Code.LENS_CONTRADICTED]
     names = ("fx 900 given, 955 found", "cx 640 given, 660 found", "k1 0 given, -0.2 found")
     assert every == [lens(*names, z=9.0)] and OTHER in verdict.reasons and verdict.status == "not_improved"
@@ -28,7 +28,7 @@ def test_two_ways_make_one_remark(material):
 
 def test_what_one_way_tells_stays():
     good = Verdict("located", (OTHER,))
-    assert tell_lens(good, None, False) == (good, [])
-    assert tell_lens(good, lens("cx"), False) == (good, [lens("cx")])
-    verdict, said = tell_lens(good, lens("cx"), True)
+    assert tell_lens(good, None, False) == (good, [], False)
+    assert tell_lens(good, lens("cx"), False) == (good, [lens("cx")], False)
+    verdict, said, _ = tell_lens(good, lens("cx"), True)
     assert verdict == Verdict("not_improved", (lens("cx"), OTHER)) and not said

@@ -27,7 +27,9 @@ def world(seed):
 
     def at(camera, target=target):
         places = {CAMERA: camera, TARGET: target}
-        values = {f"{n}.{s}": v for n, t in places.items() for s, v in zip(FRAME_SYMBOLS, se3.to_vector(t), strict=True)}
+        values = {
+            f"{n}.{s}": v for n, t in places.items() for s, v in zip(FRAME_SYMBOLS, se3.to_vector(t), strict=True)
+        }
         moved = made.with_table(made.table.with_values(values))
         return set(choose(moved, moved.start).basis), moved.with_free(()).normal(moved.start).cost[0]
 

@@ -34,7 +34,7 @@ class PoseRows(Rows):
         self.matrix = np.ascontiguousarray(se3.from_vector(self.value))
         self.metric = self.metric and not len(self.numbers)
         self.share: tuple[float, float] | None = obs.options.get("robot_share")  # type: ignore[assignment]
-        self.sight = _to_sight(self.matrix[..., :3, 3]) if obs.options.get(SIGHT) else None
+        self.turn: Array | None = _to_sight(self.matrix[..., :3, 3]) if obs.options.get(SIGHT) else None
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         from robocal.measure._kernels import pose_kernel
@@ -47,7 +47,7 @@ class PoseRows(Rows):
         pose_kernel(t, j, jl, self.matrix, batched, first, r)
         if len(self.numbers) and self.share is not None:
             self._divide(x, r, j, jl, *self.share)
-        return (r, j, jl) if self.sight is None else _turned(self.sight[batched, first : first + r.shape[1]], r, j, jl)
+        return (r, j, jl) if self.turn is None else _turned(self.turn[batched, first : first + r.shape[1]], r, j, jl)
 
     def _divide(self, x: Array, r: Array, j: Array, jl: Array, share: float, usual: float) -> None:
         """Lengths by how the robot's share of their errors grows with the scale, g^2 = 1 - c + c (s / s_0)^2."""
@@ -89,13 +89,14 @@ def _to_sight(place: Array) -> Array:
     return np.where(far[..., None] > 0, np.moveaxis(np.array(rows), (0, 1), (-2, -1)), np.eye(3))
 
 
-def _turned(by: Array, *parts: Array) -> tuple[Array, ...]:
+def _turned(by: Array, r: Array, j: Array, jl: Array) -> tuple[Array, Array, Array]:
     """Both halves of residuals (b, m, 6) and of columns (b, m, 6, n), turned by rotations (b, m, 3, 3)."""
-    out = []
-    for part in parts:
-        columns = part.reshape(*part.shape[:2], 2, 3, -1)
-        out.append(np.einsum("bmij,bmhjn->bmhin", by, columns).reshape(part.shape))
-    return tuple(out)
+    return _turn(by, r), _turn(by, j), _turn(by, jl)
+
+
+def _turn(by: Array, part: Array) -> Array:
+    columns = part.reshape(*part.shape[:2], 2, 3, int(np.prod(part.shape[3:])))
+    return np.asarray(np.einsum("bmij,bmhjn->bmhin", by, columns).reshape(part.shape))
 
 
 def disturb(value: Array, noise: Array) -> Array:

@@ -45,15 +45,15 @@ def restate(said: Remark, opened: HandEyeData, errors: HandEyeErrors) -> Remark:
     return said
 
 
-def tell_lens(verdict: Verdict, lens: Remark | None, material: bool) -> tuple[Verdict, list[Remark]]:
+def tell_lens(verdict: Verdict, lens: Remark | None, material: bool) -> tuple[Verdict, list[Remark], bool]:
     """The verdict with all that contradicts a lens in one remark, the `lens` as views alone tell it among it; and what else is said.
-    `material`: it puts a camera elsewhere."""
+    `material`: it puts a camera elsewhere; told as well."""
     reasons = [r for r in verdict.reasons if r.code == Code.LENS_CONTRADICTED]
     if lens is not None and not reasons and not material:
-        return verdict, [lens]
+        return verdict, [lens], material
     every = [*([] if lens is None else [lens]), *reasons]
     if not every:
-        return verdict, []
+        return verdict, [], material
     named: dict[str, str] = {}  # by symbol: what views alone tell is said first
     for change in (str(n) for r in every for n in _names(r)):
         named.setdefault(change.partition(" ")[0], change)
@@ -61,9 +61,9 @@ def tell_lens(verdict: Verdict, lens: Remark | None, material: bool) -> tuple[Ve
     one = Remark.of(Code.LENS_CONTRADICTED, names=tuple(named.values()), z=most)
     rest = replace(verdict, reasons=tuple(r for r in verdict.reasons if r not in reasons))
     if material:
-        return rest.instead("refused" if rest.status == "refused" else "not_improved", one), []
+        return rest.instead("refused" if rest.status == "refused" else "not_improved", one), [], True
     at = verdict.reasons.index(reasons[0])
-    return replace(verdict, reasons=(*rest.reasons[:at], one, *rest.reasons[at:])), []
+    return replace(verdict, reasons=(*rest.reasons[:at], one, *rest.reasons[at:])), [], False
 
 
 def _names(said: Remark) -> tuple[object, ...]:

@@ -61,7 +61,7 @@ TO_ADD, READINGS = 3, 4  # grid: poses, and readings of the robot's poses, that 
 LEAST = 0.1  # grid: of the usual errors of a robot
 # Checks that ask for what this verb tells by itself, or that mean nothing of frames alone.
 SILENT = ("coverage", "place", "few-numbers")
-HARDLY_TURNS = {LITTLE_TURN, ONE_AXIS}  # with them nothing tells a size
+HARDLY_TURNS = {LITTLE_TURN, ONE_AXIS}  # with them nothing tells a size, and closed forms are poor
 # The robot's own errors are said in mm, and the views alone say what the lens is.
 HIDDEN = (Code.ABOVE_STATED_NOISE, Code.NUMBER_DOUBTED, "lens-factor-doubted", Code.NOT_LINEAR, Code.ONE_STEP_MISLEADS)
 
@@ -281,6 +281,7 @@ def find_hand_eye(
         errors = find_errors(made, opened.flange, opened.inhand, readings[0].distance if readings else np.inf)
         verdict, said = _judge(opened, made, errors, readings)
         frames = place_frames(made, opened.inhand, opened.hand)
+    readings = () if HARDLY_TURNS & {r.code for r in verdict.reasons} else readings
     return HandEyeCalibration(
         opened=opened, decision=made, verdict=verdict, errors=errors, frames=frames, alternatives=readings, files=files,
         warnings=tuple(dict.fromkeys((*opened.remarks, *said))), reasons=verdict.reasons, inputs=opened.files, command=command,
@@ -330,8 +331,7 @@ def _judge(
         verdict = Verdict("refused", (turned,))
     elif turned is not None:
         said.append(turned)
-    lens, material = contradict_lens(opened, made, errors.normal)
-    verdict, more = tell_lens(verdict, lens, material)
+    verdict, more, material = tell_lens(verdict, *contradict_lens(opened, made, errors.normal))
     said += more
     unsized = material or bool(HARDLY_TURNS & {r.code for r in given.reasons})
     size, large = (None, False) if unsized else contradict_size(opened, made, errors)

@@ -1,12 +1,12 @@
-"""How large the noise of a measured pose is where nobody states it, as the residuals r of a first fit show it.
+"""How large the noise of a measured pose is where nobody states it, as the residuals r of a fit show it.
 
     log sigma_g^2 = (n_g log f s_g^2 + d log s^2) / (n_g + d),    s_g^2 = sum r_g^2 / n_g,    n_g = sum (1 - h)
     d = min(PRIOR, 2 / t),    t = ((log s_a^2 - log s_b^2)^2 / 2 - 1 / n_a - 1 / n_b)_+        g: across the view, along it, tilt, roll
 
 A camera is not as sure along its view as across it. Each group has its own noise as far as its n_g numbers tell it: h is how much of a
-number the fit took for its unknowns, most of those it trusts most. s^2 is of both groups a, b of metres or radians. t is by how much logs of noise differ beyond chance: where one group is
-far from the other, it says little of it. Source: Smyth, Stat. Appl. Genet. Mol. Biol. 3 (2004), section 6. Where residuals follow one another, as errors of a robot do on its way, f is what that takes from them
-(`diagnose/serial`), else 1.
+number the fit took for its unknowns, most of those it trusts most. s^2 is of both groups a, b of metres or radians. t is by how much logs
+of noise differ beyond chance: where one group is far from the other, it says little of it. Where residuals follow one another, as errors
+of a robot do on its way, f is what that takes from them (`diagnose/serial`), else 1. Source: Smyth, Stat. Appl. Genet. Mol. Biol. 3 (2004).
 
 Beside a moving robot the times of the views scatter as well. With v_i what a second does to the numbers of view i,
 
