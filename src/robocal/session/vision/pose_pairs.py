@@ -2,8 +2,8 @@
 
 The robot is a machine whose poses are known, and the two frames are all that is free: gross views, noise, hold-out and verdict are those
 of every identification. A camera that does not know how long a metre is has a scale, one with a clock of its own a delay.
-Noise that nobody states is read off the residuals of a fit (`view_noise`) and weighs the next one, until it stays. A camera without a target
-of known size drifts: then changes from pose to pose are what is fitted.
+Noise that nobody states is read off the residuals of a fit (`view_noise`) and weighs the next one, until it stays. A camera without
+a target of known size drifts: then changes from pose to pose are what is fitted.
 """
 
 from __future__ import annotations
