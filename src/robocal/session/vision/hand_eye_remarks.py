@@ -54,11 +54,10 @@ def tell_lens(verdict: Verdict, lens: Remark | None, material: bool) -> tuple[Ve
     every = [*([] if lens is None else [lens]), *reasons]
     if not every:
         return verdict, [], material
-    named: dict[str, str] = {}  # by symbol: what views alone tell is said first
-    for change in (str(n) for r in every for n in _names(r)):
-        named.setdefault(change.partition(" ")[0], change)
+    # What views alone tell is told of each number once; what a fit to the robot's poses tells is the same, or the robot's.
+    names = [n for r in ([lens] if lens is not None else reasons) for n in _names(r)]
     most = max(float(r.numbers["z"]) for r in every)  # type: ignore[arg-type]
-    one = Remark.of(Code.LENS_CONTRADICTED, names=tuple(named.values()), z=most)
+    one = Remark.of(Code.LENS_CONTRADICTED, names=tuple(dict.fromkeys(names)), z=most)
     rest = replace(verdict, reasons=tuple(r for r in verdict.reasons if r not in reasons))
     if material:
         return rest.instead("refused" if rest.status == "refused" else "not_improved", one), [], True
