@@ -167,7 +167,7 @@ OTHER |= {"rig-contradicted": "session/test_hand_eye_rig.py"}
 OTHER |= dict.fromkeys(
     "image-turned video-ends-early image-sizes-differ no-target-found no-marker-in-view one-marker-in-view other-dictionary dictionary-found "
     "dictionary-unsure board-found size-not-stated two-of-one-number mirrored-image markers-apart markers-at-border image-overexposed "
-    "motion-blur image-blurred edges-alone marker-dropped image-hardly-covered".split(),
+    "motion-blur image-blurred edges-alone lens-bends marker-dropped image-hardly-covered".split(),
     "cli/test_vision_advice.py",
 )
 
