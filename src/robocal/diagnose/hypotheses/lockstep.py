@@ -126,6 +126,7 @@ class _State:
         self.moved = np.zeros((b, self.width))
         self.rows = np.broadcast_to(np.arange(b)[:, None], (b, k))
         self.still: tuple[Array, Array] | None = None  # the poses, until the arm's own numbers move
+        self.seen: tuple[Array, Array, Array, Array] | None = None  # what `left` computed, for the step that follows
 
     def poses(self, jacobian: bool = False) -> tuple[Array, Array]:
         """T (B, k, 4, 4) of the tool and, if asked for, how it moves with the arm's numbers (B, k, 6, width)."""
@@ -157,6 +158,7 @@ class _State:
             won[0][better], won[1][better] = self.w[better], self.x[better]
             best = np.minimum(best, left)
         self.w, self.x = won
+        self.seen = None
 
     def _close_frames(self, t: Array, oriented: bool) -> None:
         """Every free frame, from the rows of its most frequent thing."""
@@ -211,8 +213,8 @@ class _State:
 
     def left(self) -> Array:
         """The median error of a reading, with the price of what was moved, (B,)."""
-        e = self.residuals(self.poses()[0])[0]
-        size = np.linalg.norm(e, axis=-1)
+        self.seen = self.residuals(self.poses()[0])
+        size = np.linalg.norm(self.seen[0], axis=-1)
         square = np.median(size, axis=1) ** 2
         if self.width:
             given = np.abs(self.moved / self.sigma)
@@ -223,7 +225,7 @@ class _State:
     def step(self) -> None:
         """One Gauss-Newton step of all trials."""
         t, jac = self.poses(True)
-        e, place, wr, lever = self.residuals(t)
+        e, place, wr, lever = self.seen or self.residuals(t)
         data = self.trials
         b, k = self.size
         frames, things = len(data.frames), len(data.things)
@@ -274,6 +276,7 @@ class _State:
         self._move(np.where(np.isfinite(d), d, 0.0), place.mean(axis=1))
 
     def _move(self, d: Array, centre: Array) -> None:
+        self.seen = None
         frames, things = len(self.trials.frames), len(self.trials.things)
         b = len(d)
         dw = d[:, : 6 * frames].reshape(b, frames, 6)
