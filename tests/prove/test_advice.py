@@ -34,6 +34,7 @@ OTHER = {
     "negative-number": "session/test_joint_torques.py",
     "torques-left": "session/test_joint_torques.py",
     "drive-strange": "session/test_drive_group.py",
+    "drive-window-flattens": "session/test_drive_readings.py",
     "drive-weight": "session/test_drive_readings.py",
     "drive-electrical": "session/test_drive_readings.py",
     "drive-other-sign": "session/test_drive_readings.py",

@@ -39,3 +39,5 @@ WEIGHT_MOST = limit(0.5, "of the variance", "Cogging comes as often as slots and
 ELECTRICAL_LEAVES = limit(0.5, "of what is left",
     "Another angle that halves what a turn leaves is told by the log; noise lets no angle do so.")
 NOISE_TIMES = limit(2.0, "times the noise's share", "Where noise is half of what is left, no other angle can halve it.")
+WINDOW_LOSES = limit(0.01, "of the variance",
+    "A table follows its own rows' noise and can only be nearer them than harmonics are: less is flattened.")
