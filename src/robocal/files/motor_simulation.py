@@ -91,7 +91,7 @@ class DataSheetModel(FileModel):
     back_emf_V_per_krpm: Positive
 
 
-class WinchModel(FileModel):
+class DrumModel(FileModel):
     """What the motor drives: a gear, and a drum."""
 
     gear_ratio: Positive
@@ -114,7 +114,7 @@ class MotorSimulationModel(FileModel):
     identification: SweepModel
     escape_cases: EscapeModel | None = None
     data_sheet: DataSheetModel | None = None
-    winch: WinchModel | None = None
+    winch: DrumModel | None = None
     test_ramp: RampModel
     source: str = ""
 
