@@ -33,7 +33,7 @@ OTHER = {
     "load-not-above": "cli/test_cable_straightness.py",
     "negative-number": "session/test_joint_torques.py",
     "torques-left": "session/test_joint_torques.py",
-    "drive-strange": "session/test_drive_group.py",
+    "drive-outlier": "session/test_drive_group.py",
     "drive-window-flattens": "session/test_drive_readings.py",
     "drive-weight": "session/test_drive_readings.py",
     "drive-electrical": "session/test_drive_readings.py",

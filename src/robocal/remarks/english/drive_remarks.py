@@ -87,7 +87,7 @@ class DriveRemarks:
         "Raise the gain of the position loop, and sweep again.",
     )
     DRIVE_LONE_ROWS = Phrase("{count} rows of {log} stand alone, far from the rows around them, and are left out")
-    DRIVE_STRANGE = Phrase(
+    DRIVE_OUTLIER = Phrase(
         "{motor} is unlike the other motors: its {what} is {value:.3g} {unit}, theirs {low:.3g} to {high:.3g} {unit}",
         "Look at its bearings, its load and its wiring, and sweep it again.",
     )
