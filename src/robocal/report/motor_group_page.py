@@ -41,6 +41,8 @@ def group_pictures(found: Any) -> Iterator[Section]:
         AngleCurve(angle, c - i * step, "curve random" if name in found.outliers else "curve")
         for i, (name, c) in enumerate(curves.items())
     ]
-    told = "The curve of each motor over its turn, forward, in the order of the table from above; those that are unlike the others are dashed."
+    told = (
+        "The curve of each motor over its turn, forward, in the order of the table; those unlike the others are dashed."
+    )
     svg = draw_curves(lines, "angle [deg]", f"effort [{unit}]", title="Curves", text=told, key="curves")
     yield Section.of("The curve of each motor", Figure(svg, told), key="figure-curves")
