@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from robocal.drives.cogging import Cogging
-from robocal.drives.motor_group import unlike_others
+from robocal.drives.motor_outliers import unlike_others
 from robocal.errors import InputError
 from robocal.files.drive_log import read_drive_log
 from robocal.remarks.code import Code
@@ -41,18 +41,18 @@ def identify_files(place, friction, output=None):
     return identify.run(identify.Options(logs=tuple(paths), each=True, output=output))
 
 
-# obeys: drive-strange
+# obeys: drive-outlier
 def test_the_strange_one_of_eight_motors_is_named(place):
     made = identify_files(place, 0.1, place / "runs")
     assert made.trusted
-    assert made.result.strange == ("m5",)
+    assert made.result.outliers == ("m5",)
     said = json.loads((place / "runs" / "motors.json").read_text())
-    assert said["strange"] == ["m5"] and said["remarks"][0]["numbers"]["what"] == "Coulomb friction"
+    assert said["outliers"] == ["m5"] and said["remarks"][0]["numbers"]["what"] == "Coulomb friction"
     for i in range(MANY):
         assert {p.name for p in (place / "runs" / f"m{i}").iterdir()} >= {"motor.yaml", "drive.json", "report.html"}
     with pytest.raises(InputError, match="not replaced"):
         identify_files(place, 0.1, place / "runs")
-    assert Code.DRIVE_STRANGE not in {r.code for r in identify_files(place, 0.0).result.warnings}
+    assert Code.DRIVE_OUTLIER not in {r.code for r in identify_files(place, 0.0).result.warnings}
 
 
 def test_columns_of_several_motors_in_one_file(place):

@@ -185,3 +185,10 @@ def test_noise_of_faster_sweeps_is_larger_beside_the_cogging(place):
 def test_a_quarter_of_a_turn_is_told_whatever_else_is_wrong(place):
     made = found(place, log(place, "quarter.csv", rows(turns=0.2)))
     assert not made.trusted and Code.DRIVE_UNDER_TURN in codes(made) and Code.FEW_UNSEEN not in codes(made)
+
+
+# obeys: drive-window-flattens
+def test_a_window_that_flattens_quick_orders_is_told(place):
+    path = log(place, "quick.csv", rows(Cogging((72, 18), (0.1, 0.03), (0.0, 0.01), 0.001), turns=2.0, count=6000))
+    assert Code.DRIVE_WINDOW_FLATTENS in codes(found(place, path, method="seed"))
+    assert Code.DRIVE_WINDOW_FLATTENS not in codes(found(place, path, method="seed", window=1.5))

@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from robocal.errors import ModelError, one_of
 from robocal.files.csvtable import CsvTable
 
-__all__ = ["COLUMNS", "EFFORTS", "SI", "Told", "by_headers", "insist_known", "named"]
+__all__ = ["COLUMNS", "EFFORTS", "SI", "ColumnMap", "by_headers", "insist_known", "named"]
 
 EFFORTS = {"current": "A", "torque": "N m"}
 SI = {"time": "s", "angle": "rad", **EFFORTS}
@@ -26,7 +26,7 @@ COLUMNS = {
     "flag": ("flag", "compensation"),
 }
 SHARED = ("time", "flag")
-Told = dict[str, tuple[str | int, str | None]]  # what a log holds of one motor: column and unit
+ColumnMap = dict[str, tuple[str | int, str | None]]  # what a log holds of one motor: column and unit
 NUMBERED = r"[A-Za-z]*[ _-]?\d+"
 # What headers mean, the surest first; with the unit, where a program writes no other. Of short words the whole word counts.
 MEANINGS: Mapping[str, Sequence[tuple[str, str | None]]] = {
@@ -46,9 +46,9 @@ TURNS = {"q_current", "d_current"}  # beside these the position of moteus counts
 WORDS = {"time": "the time", "angle": "the angle", "effort": "a current or a torque"}
 
 
-def named(words: Sequence[str]) -> dict[str, Told]:
+def named(words: Sequence[str]) -> dict[str, ColumnMap]:
     """Columns from words such as angle=Position:rad or angle.left=p1:rad, by motor; one without a name is "". Raises ModelError."""
-    told: dict[str, Told] = {}
+    told: dict[str, ColumnMap] = {}
     for word in words:
         key, _, rest = word.partition("=")
         what, _, motor = key.partition(".")
@@ -61,9 +61,9 @@ def named(words: Sequence[str]) -> dict[str, Told]:
     return _share(told)
 
 
-def by_headers(table: CsvTable) -> dict[str, Told]:
+def by_headers(table: CsvTable) -> dict[str, ColumnMap]:
     """Columns that the headers of a file name, by motor. Raises FormatError."""
-    told: Told = {}
+    told: ColumnMap = {}
     for what, words in COLUMNS.items():
         here = [w for w in words if table.has(w)]
         if len(here) > 1:
@@ -74,7 +74,7 @@ def by_headers(table: CsvTable) -> dict[str, Told]:
             told[what] = (here[0], None)
     if "angle" in told:
         return {"": told}
-    several: dict[str, Told] = {}
+    several: dict[str, ColumnMap] = {}
     for name in table.names:
         for what, words in COLUMNS.items():
             any_word = "|".join(words)
@@ -88,7 +88,7 @@ def by_headers(table: CsvTable) -> dict[str, Told]:
     return _share({"": {k: v for k, v in told.items() if k in SHARED}, **whole}) if whole else {"": told}
 
 
-def _share(told: dict[str, Told]) -> dict[str, Told]:
+def _share(told: dict[str, ColumnMap]) -> dict[str, ColumnMap]:
     """Time and flag of all to each of several motors."""
     every = told.get("", {})
     if set(told) <= {""} or any(k not in SHARED for k in every):
@@ -96,7 +96,7 @@ def _share(told: dict[str, Told]) -> dict[str, Told]:
     return {m: {**every, **t} for m, t in told.items() if m}
 
 
-def insist_known(table: CsvTable, told: Told) -> None:
+def insist_known(table: CsvTable, told: ColumnMap) -> None:
     """Raises FormatError with all that is missing: columns, then units; and with the columns that they probably are."""
     efforts = [k for k in EFFORTS if k in told]
     headers = ", ".join(n for n in table.names if n)
@@ -129,7 +129,7 @@ def _list(words: Sequence[str], last: str) -> str:
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} {last} {words[-1]}"
 
 
-def _proposal(table: CsvTable, told: Told) -> str:
+def _proposal(table: CsvTable, told: ColumnMap) -> str:
     """The words of `--columns` that would read the file, by what its headers mean."""
     guess = {w: _guess(table, w) for w in MEANINGS}
     effort = next((k for k in EFFORTS if k in told), None) or next((k for k in EFFORTS if guess[k]), "current")

@@ -35,7 +35,7 @@ from robocal.drives.log_rows import join_restarts, repeated_rows, restarts
 from robocal.errors import FormatError, ModelError
 from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.datamodel import CsvModel, column_model
-from robocal.files.drive_columns import EFFORTS, SI, Told, by_headers, insist_known, named
+from robocal.files.drive_columns import EFFORTS, SI, ColumnMap, by_headers, insist_known, named
 from robocal.files.schema import FileModel, Name, Version, validate
 from robocal.files.text import InputFile
 from robocal.files.units import Unit, is_unit, parse_unit
@@ -177,7 +177,7 @@ def _motor(told: LogMotorModel, document: YamlDocument, at: tuple[str | int, ...
     return LogMotor(told.name or "", told.slots, told.poles, constant)
 
 
-def _stated(model: DriveLogModel, document: YamlDocument) -> list[tuple[Told, LogMotor]]:
+def _stated(model: DriveLogModel, document: YamlDocument) -> list[tuple[ColumnMap, LogMotor]]:
     """The columns of each motor of a data file."""
     other = next(k for k in EFFORTS if k != model.kind)
     if not model.motors:
@@ -198,7 +198,7 @@ def _columns(
     other: str,
     document: YamlDocument,
     at: tuple[str | int, ...],
-) -> Told:
+) -> ColumnMap:
     document.insist(getattr(own, other) is None, f"a log of kind {model.kind} has no {other}", (*at, other))
     for key in ("angle", model.kind):
         document.insist(getattr(own, key) is not None, "a key is missing", (*at, key))
@@ -213,7 +213,7 @@ def _columns(
 
 def _read(
     table: CsvTable,
-    told: Told,
+    told: ColumnMap,
     counts: int | None,
     motor: LogMotor,
     files: tuple[InputFile, ...],

@@ -19,7 +19,7 @@ from robocal.files.yamlio import YamlDocument, parse
 from robocal.simulation.motor.plant import MotorPlant
 from robocal.simulation.motor.procedure import RampTest, SweepPlan
 
-__all__ = ["MotorSimulation", "read_motor_simulation"]
+__all__ = ["DataSheet", "MotorSimulation", "read_motor_simulation"]
 
 Positive = Annotated[float, Field(gt=0, lt=1e9)]
 NotNegative = Annotated[float, Field(ge=0, lt=1e9)]
@@ -80,6 +80,24 @@ class RampModel(FileModel):
     window_turns: Annotated[float, Field(gt=0, le=100)] = 1 / 6
 
 
+class DataSheetModel(FileModel):
+    """What the maker prints of the motor (the document's Table 1.1 and annex A), which nothing here is computed from."""
+
+    model: str = ""
+    rated_power_kW: Positive
+    rated_torque_N_m: Positive
+    rated_speed_rpm: Positive
+    poles: Annotated[int, Field(ge=2, le=1000)]
+    back_emf_V_per_krpm: Positive
+
+
+class DrumModel(FileModel):
+    """What the motor drives: a gear, and a drum."""
+
+    gear_ratio: Positive
+    drum_radius_mm: Positive
+
+
 class MotorSimulationModel(FileModel):
     """motor.yaml of a motor to be simulated."""
 
@@ -95,13 +113,38 @@ class MotorSimulationModel(FileModel):
     controller: ControllerModel = ControllerModel.model_construct()
     identification: SweepModel
     escape_cases: EscapeModel | None = None
+    data_sheet: DataSheetModel | None = None
+    winch: DrumModel | None = None
     test_ramp: RampModel
     source: str = ""
 
 
 @record
+class DataSheet:
+    """A maker's numbers in SI: rated power (W), torque (N m) and speed (rad/s), poles, and the back-EMF (V s/rad, rms between phases)."""
+
+    model: str
+    power: float
+    torque: float
+    speed: float
+    poles: int
+    back_emf: float
+
+    @property
+    def power_of_torque(self) -> float:
+        """Torque times speed (W)."""
+        return self.torque * self.speed
+
+    @property
+    def constant_of_back_emf(self) -> float:
+        """The torque constant (N m per A rms) of a motor of three phases: P = 3 (U / sqrt 3) I = K w I."""
+        return math.sqrt(3.0) * self.back_emf
+
+
+@record
 class MotorSimulation:
-    """A motor, its sweep with the gains (N m/rad) to try, gains at which its rotor escapes, and the ramp with the gains of each PID."""
+    """A motor, its sweep with the gains (N m/rad) to try, gains at which its rotor escapes, the ramp with the gains of each PID, its data
+    sheet, and how far its drum winds cable per turn of the motor (m/rad), where these are known."""
 
     name: str
     plant: MotorPlant
@@ -111,6 +154,8 @@ class MotorSimulation:
     ramp: RampTest
     controllers: tuple[tuple[float, float, float], ...]
     file: InputFile
+    data_sheet: DataSheet | None = None
+    drum: float | None = None
 
 
 def read_motor_simulation(path: str | os.PathLike[str]) -> MotorSimulation:
@@ -152,7 +197,19 @@ def read_motor_simulation(path: str | os.PathLike[str]) -> MotorSimulation:
         ),
         tuple((kp, ki, kd) for kp, ki, kd in ramp.pid),
         InputFile(source.path, source.sha256),
+        _data_sheet(said.data_sheet),
+        None if said.winch is None else 1e-3 * said.winch.drum_radius_mm / said.winch.gear_ratio,
     )
+
+
+def _data_sheet(said: DataSheetModel | None) -> DataSheet | None:
+    if said is None:
+        return None
+    rpm = 2 * math.pi / 60
+    return DataSheet(
+        said.model, 1e3 * said.rated_power_kW, said.rated_torque_N_m, said.rated_speed_rpm * rpm, said.poles,
+        said.back_emf_V_per_krpm / (1e3 * rpm),
+    )  # fmt: skip
 
 
 def _cogging(said: MotorSimulationModel) -> Cogging:

@@ -113,6 +113,7 @@ def simulate(
     spec: _Given,
     *,
     gain: float | None = None,
+    speed: float | None = None,
     seed: int = 0,
     output: _Path | None = None,
     force: bool = False,
@@ -125,6 +126,7 @@ def simulate(
 
     spec: motor.yaml of a motor to be simulated: what it truly is, its sweep and its ramp.
     gain: Proportional gain of the sweep [N m/rad], above 0.  [default: the first of the file]
+    speed: Speed of the sweep [deg/s], above 0 and at most 1000.  [default: as the file says]
     seed: Seed of the noise, 0 or more.
     output: Write simulate.json, sweep.csv, sweep.yaml, truth.csv, ramp.csv and report.html here.
     force: Replace files that exist.

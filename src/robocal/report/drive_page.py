@@ -1,4 +1,4 @@
-"""The page of a motor: verdict, shares, orders, logs, and the figures of the seed document (1.4 to 1.7)."""
+"""The page of a motor: verdict, shares, orders, logs, and figures 1.4 to 1.7 of the seed document, by their numbers there."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from robocal._types import Array
 from robocal.remarks.remark import percent, sentences
-from robocal.report.curves import AngleCurve, draw_curves
+from robocal.report.curves import AngleCurve, draw_curves, figure_of
 from robocal.report.numbers import significant
 from robocal.report.sections import Figure, Section, Text, VerdictBlock, ends, listing_table, quiet
 
@@ -25,6 +25,7 @@ VERDICTS: dict[str, tuple[str, Any, str]] = {
 }
 BRIEF = 8  # orders that a terminal lists
 CELLS = 1440  # grid: of a turn, in pictures
+TURN = (0.0, 360.0)
 MOST_POWER = 0.9  # grid: of the variance, whose common period is drawn
 
 
@@ -49,6 +50,10 @@ def drive_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
     if np.isfinite(found.other):
         lines.append(
             Text.of(f"{percent(found.other, '.2%')}   of one direction, from the harmonics of the other", indent=2)
+        )
+    if found.seed is not None:
+        lines.append(
+            Text.of("These shares are of harmonics: a table has no value for an arc that was held out.", indent=2)
         )
     lines.append(Text.of(f"{percent(found.ceiling, '.2%')}   is what the noise leaves to any curve", indent=2))
     c = taken.motor.cogging
@@ -100,9 +105,15 @@ def drive_pictures(found: Any) -> Iterator[Section]:
     classes = {1: "curve", -1: "curve random"}
     up = f"effort [{unit}]"
     seen = [d for d in (1, -1) if np.isfinite(raw[d][1]).any()]
-    told = "What the drive asked over the turn, forward (solid) and reverse (dashed); their distance is twice the friction."
+    told = f"What the drive asked over the turn, forward (solid) and reverse (dashed); their distance is twice the friction. {figure_of(4)}"
     svg = draw_curves(
-        [AngleCurve(*raw[d], classes[d]) for d in seen], "angle [deg]", up, title="The sweep", text=told, key="sweep"
+        [AngleCurve(*raw[d], classes[d]) for d in seen],
+        "angle [deg]",
+        up,
+        title="The sweep",
+        text=told,
+        key="sweep",
+        ends=TURN,
     )
     yield Section.of("The sweep, both directions", Figure(svg, told), key="figure-sweep")
     period = _period(found)
@@ -116,11 +127,13 @@ def drive_pictures(found: Any) -> Iterator[Section]:
         with np.errstate(invalid="ignore", divide="ignore"):
             mean = np.bincount(cell, effort[known] - np.mean(effort[known]), bins) / count
         each.append(AngleCurve((np.arange(bins) + 0.5) * period / bins, np.where(count > 0, mean, np.nan), classes[d]))
-    told = f"Without its mean, over one period of {significant(period, 4)} deg: the mean of all of them. The shift is the lag."
-    svg = draw_curves(each, "angle in the period [deg]", up, title="One period", text=told, key="period")
+    told = f"Without its mean, over one period of {period:.4g} deg: the mean of all of them. The shift is the lag. {figure_of(5)}"
+    svg = draw_curves(
+        each, "angle in the period [deg]", up, title="One period", text=told, key="period", ends=(0.0, period)
+    )
     yield Section.of("Both directions over one period", Figure(svg, told), key="figure-period")
     window = [c for d in seen for c in _window(found, raw[d], d, classes[d])]
-    told = "A twelfth of the turn: what was read (dots), and the curve that compensates it (lines)."
+    told = f"A twelfth of the turn: what was read (dots), and the curve that compensates it (lines). {figure_of(6)}"
     svg = draw_curves(window, "angle [deg]", up, title="Read and compensated", text=told, key="compensated")
     yield Section.of("What was read, and what compensates", Figure(svg, told), key="figure-compensated")
     if len(found.logs) > 1:
@@ -130,7 +143,7 @@ def drive_pictures(found: Any) -> Iterator[Section]:
     left = found.left_amplitudes
     orders = np.arange(1, len(left))
     c = found.taken.motor.cogging
-    told = f"Amplitudes of the orders that were taken (dots) and of what the fit leaves at every order (line), {unit}, as powers of ten."
+    told = f"Amplitudes of the orders that were taken (diamonds) and of what the fit leaves at every order (line), {unit}, powers of ten."
     floor = max(float(np.median(left[1:])), 1e-12)
     curves = [
         AngleCurve(orders.astype(float), np.log10(np.maximum(left[1:], floor / 30)), "scatter"),
@@ -185,5 +198,8 @@ def _escapes(found: Any, raw: Any, classes: Any, seen: Sequence[int], up: str) -
     curves = [AngleCurve(raw[d][0], raw[d][1], classes[d]) for d in seen]
     for sweep, rows in zip(found.sweeps, found.escaped, strict=True):
         curves.append(AngleCurve(np.degrees(np.mod(sweep.angle[rows], 2 * np.pi)), sweep.effort[rows], dots="aside"))
-    told = "Crosses: rows of escapes, which say nothing of the arc. The curve there is that of the other direction, or of the orders."
-    return Figure(draw_curves(curves, "angle [deg]", up, title="Escapes", text=told, key="escapes"), told)
+    told = (
+        "Crosses: rows of escapes, which say nothing of the arc. The curve there is that of the other direction, or of the orders. "
+        f"{figure_of(7)}"
+    )
+    return Figure(draw_curves(curves, "angle [deg]", up, title="Escapes", text=told, key="escapes", ends=TURN), told)

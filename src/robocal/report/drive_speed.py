@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from robocal.report.curves import AngleCurve, draw_curves
+from robocal.report.curves import AngleCurve, draw_curves, figure_of
 from robocal.report.sections import Figure, Remarks, Section, Text, ends, listing_table
 
 __all__ = ["speed_pictures", "validation_sections"]
@@ -47,10 +47,10 @@ def speed_pictures(found: Any) -> Iterator[Section]:
         speed.append(AngleCurve(at[order], off[order], CLASSES[word]))
     if not effort:
         return
-    told = "A sixth of a turn after two turns: compensated (solid), and not (dashed)."
+    told = f"A sixth of a turn after two turns: compensated (solid), and not (dashed). {figure_of(9)}"
     svg = draw_curves(effort, "angle [deg]", f"effort [{unit}]", title="Effort", text=told, key="effort")
     yield Section.of("Effort with and without compensation", Figure(svg, told), key="figure-effort")
-    told = "The speed less its mean, over the same sixth of a turn."
+    told = f"The speed less its mean, over the same sixth of a turn. {figure_of(10)}"
     up = f"speed less its mean [{found.log.speed_unit}]"
     svg = draw_curves(speed, "angle [deg]", up, title="Speed", text=told, key="speed")
     yield Section.of("Speed with and without compensation", Figure(svg, told), key="figure-speed")

@@ -12,6 +12,8 @@ import numpy as np
 from robocal._record import replace
 from robocal._types import Array
 from robocal.report import svg
+from robocal.report.curves import figure_of
+from robocal.report.drive_page import drive_pictures
 from robocal.report.sections import Figure, Pair, Section, Text, ends, figure, listing_table, quiet
 
 __all__ = ["trial_pictures", "trial_summary"]
@@ -40,45 +42,46 @@ def trial_summary(made: Any, written: Sequence[Path]) -> Iterator[Section]:
     )  # fmt: skip
     table = replace(listing_table(made.listing), detail=DETAIL)
     yield Section.of("", table, *quiet(CLAIMS), title="The ramp, controller by controller", key="ramps")
+    if made.data_sheet is not None:
+        told = "Table 1.1 and annex A of the document, what follows from other numbers of it, and what is simulated."
+        yield Section.of("", listing_table(made.data_sheet), *quiet(told), title="Data sheet", key="data-sheet")
     yield from ends(made.remarks, written)
 
 
 def trial_pictures(made: Any) -> Iterator[Section]:
-    """Figures 1.4 to 1.6, 1.9 and 1.10 of the document."""
+    """The true curve beside the identified one, figures 1.4 to 1.7 of the document, and for each PID figures 1.9 and 1.10."""
     angle, true, found = made.curves
     turn = np.degrees(angle)
-    raw = [(np.degrees(s.log.encoder) % 360, s.torque, "seen") for s in made.sweeps]
-    mean = [(turn, found_of, "curve") for found_of in _by_direction(made, angle)]
-    both = [(turn, true, "curve random"), (turn, found, "curve")]
-    recorded = "Recorded torque in both directions (grey), and the identified curve of each."
+    both = [(turn, found, "curve"), (turn, true, "curve random")]
     compared = "True cogging (dashed) and identified cogging, without lag."
     yield Section.of(
-        "The sweep",
-        _plot("The sweep", [*raw, *mean], ("angle of the encoder [deg]", "torque [N m]"), recorded, "sweep", 2 * WIDTH),
+        "The true and the identified cogging",
         _plot("The cogging", both, ("angle [deg]", "cogging [N m]"), compared, "curve", 2 * WIDTH),
-        key="sweep-pictures",
+        key="curve-picture",
     )
+    yield from drive_pictures(made.identified)
     for i, ramp in enumerate(made.ramps):
         at = [np.degrees(log.reference - log.reference[0]) for log in ramp.logs]
+        first = [log.reference[0] for log in ramp.logs]
+        place = [np.degrees(log.angle - a) for log, a in zip(ramp.logs, first, strict=True)]
         error = [np.degrees(log.reference - log.angle) for log in ramp.logs]
         speed = [np.degrees(log.speed) for log in ramp.logs]
         across = "desired angle in the window [deg]"
-        told = "Without compensation (dashed) and with it."
-        drawn = [
-            (f"Position error, PID {i + 1}", error, "error [deg]"),
-            (f"Effort, PID {i + 1}", [log.effort for log in ramp.logs], "torque of the PID [N m]"),
-            (f"Speed, PID {i + 1}", speed, "speed [deg/s]"),
-        ]
+        told = "Without compensation (dashed) and with it"
+        wanted = (at[0], at[0], "axis")
+        steady = (at[0], np.full(len(at[0]), np.degrees(made.motor.ramp.speed)), "axis")
+        drawn = (
+            (f"Position, PID {i + 1}", [wanted, *_pair(at, place)], "angle in the window [deg]", f"{told}; thin: the ramp. {figure_of(9)}"),
+            (f"Position error, PID {i + 1}", _pair(at, error), "error [deg]", f"{told}: the same less the ramp."),
+            (f"Effort, PID {i + 1}", _pair(at, [log.effort for log in ramp.logs]), "torque of the PID [N m]", f"{told}. {figure_of(9)}"),
+            (f"Speed, PID {i + 1}", [steady, *_pair(at, speed)], "speed [deg/s]", f"{told}; thin: the ramp. {figure_of(10)}"),
+        )  # fmt: skip
         plots = [
-            _plot(name, _pair(at, v), (across, up), told, f"ramp-{i}-{j}", WIDTH * (2 if j == 2 else 1))
-            for j, (name, v, up) in enumerate(drawn)
+            _plot(name, curves, (across, up), words, f"ramp-{i}-{j}")
+            for j, (name, curves, up, words) in enumerate(drawn)
         ]
-        yield Section.of("The ramp, kp {:g}, ki {:g}, kd {:g}".format(*ramp.pid), Pair(tuple(plots[:2])), plots[2])
-
-
-def _by_direction(made: Any, angle: Array) -> list[Array]:
-    found = made.identified.motor_file
-    return [found.offset + d * found.coulomb + found.cogging.at(angle, d) for d in (1.0, -1.0)]
+        title = "The ramp, kp {:g}, ki {:g}, kd {:g}".format(*ramp.pid)
+        yield Section.of(title, Pair(tuple(plots[:2])), Pair(tuple(plots[2:])), key=f"ramp-pictures-{i}")
 
 
 def _pair(across: Sequence[Array], up: Sequence[Array]) -> list[tuple[Array, Array, str]]:

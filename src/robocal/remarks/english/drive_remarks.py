@@ -79,6 +79,7 @@ class DriveRemarks:
     )
     DRIVE_IDEAL = Phrase(
         "an ideal motor of {slots} slots and {poles} poles cogs {order} times a turn; a skew of {skew:.3g} deg removes that order"
+        "[; with {ratio} slots for each pole all poles meet slots at once]"
     )
     DRIVE_ESCAPED = Phrase(
         "the rotor escaped over {width:.3g} deg in {count} places[, {repaired:.3g} deg of which the other direction has][, {lost:.3g} deg "
@@ -86,7 +87,7 @@ class DriveRemarks:
         "Raise the gain of the position loop, and sweep again.",
     )
     DRIVE_LONE_ROWS = Phrase("{count} rows of {log} stand alone, far from the rows around them, and are left out")
-    DRIVE_STRANGE = Phrase(
+    DRIVE_OUTLIER = Phrase(
         "{motor} is unlike the other motors: its {what} is {value:.3g} {unit}, theirs {low:.3g} to {high:.3g} {unit}",
         "Look at its bearings, its load and its wiring, and sweep it again.",
     )
@@ -97,6 +98,11 @@ class DriveRemarks:
     DRIVE_TABLE_LOST = Phrase(
         "{lost:.3g} deg of the tables have no reading near, in neither direction",
         "Log more often, or take a wider --window.",
+    )
+    DRIVE_WINDOW_FLATTENS = Phrase(
+        "tables of a window of {window:.3g} deg explain {table:.1%} of their own rows, harmonics {harmonics:.1%}: the window flattens "
+        "quick orders",
+        "Take a narrower --window, or --method harmonics.",
     )
     DRIVE_HELD_BACK = Phrase(
         "the log of {log}, at {speed:.3g} {unit}, is held back: the table alone explains {alone:.0%} of its effort"

@@ -176,9 +176,9 @@ def check_motor(orders: Sequence[int], amplitudes: Array, slots: int | None, pol
     if slots is None or poles is None:
         if guess is not None:
             yield Remark.of(Code.DRIVE_WINDING, slots=guess[0], poles=guess[1])
+            yield _design(*guess)
         return
-    whole = lcm(slots, poles)
-    yield Remark.of(Code.DRIVE_IDEAL, slots=slots, poles=poles, order=whole, skew=360 / whole)
+    yield _design(slots, poles)
     if not len(orders):
         return
     strongest = int(np.array(orders)[np.argmax(amplitudes)])
@@ -192,6 +192,13 @@ def check_motor(orders: Sequence[int], amplitudes: Array, slots: int | None, pol
     own = [n for n in (poles // 2, poles) if n in orders]
     if own and times <= 1:
         yield Remark.of(Code.DRIVE_SENSOR_ORDERS, orders=" and ".join(map(str, own)))
+
+
+def _design(slots: int, poles: int) -> Remark:
+    """What an ideal motor of this winding cogs, and what would remove it."""
+    whole = lcm(slots, poles)
+    ratio = None if slots % poles else slots // poles
+    return Remark.of(Code.DRIVE_IDEAL, slots=slots, poles=poles, order=whole, skew=360 / whole, ratio=ratio)
 
 
 def _gear(orders: Sequence[int], amplitudes: Array, slots: int, poles: int) -> int:

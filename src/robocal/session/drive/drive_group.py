@@ -1,4 +1,4 @@
-"""Several motors in one call: each identified by itself, in a table beside the others, and the strange ones by name."""
+"""Several motors in one call: each identified by itself, in a table beside the others, and by name those that are unlike the others."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 
 from robocal._record import record
 from robocal._types import Array
-from robocal.diagnose.drive_limits import STRANGE_CHANCE, STRANGE_RATIO
-from robocal.drives.motor_group import unlike_others
+from robocal.diagnose.drive_limits import OUTLIER_CHANCE, OUTLIER_RATIO
+from robocal.drives.motor_outliers import unlike_others
 from robocal.files.parts import Document, Origin
 from robocal.files.plain import json_text
 from robocal.progress import Watch, tell
@@ -36,7 +36,7 @@ class MotorsDocument(Document):
     """motors.json: a row for each motor, and the names of those that are unlike the others."""
 
     motors: Listing
-    strange: list[str]
+    outliers: list[str]
     provenance: Origin
 
 
@@ -45,7 +45,7 @@ class IdentifiedDrives(VerbResult):
     """Motors by name, each as it was identified."""
 
     members: Mapping[str, IdentifiedDrive]
-    strange: tuple[str, ...]
+    outliers: tuple[str, ...]
 
     @property
     def trusted(self) -> bool:
@@ -72,20 +72,20 @@ class IdentifiedDrives(VerbResult):
                 Column("friction", unit, [m.motor_file.coulomb for m in of], figures=3),
                 Column("lag", "deg", np.degrees([m.motor_file.cogging.lag for m in of]), figures=3),
                 Column("noise", unit, [m.noise for m in of], figures=2),
-                Column("strange", "", ["strange" if name in self.strange else "" for name in self.members], label=""),
+                Column("outlier", "", ["outlier" if name in self.outliers else "" for name in self.members], label=""),
             )
         )
 
     @property
     def head(self) -> dict[str, Any]:
         """What stands at the head of its page."""
-        facts = (("Motors", f"{len(self.members)}"), ("Strange", ", ".join(self.strange) or "none"))
+        facts = (("Motors", f"{len(self.members)}"), ("Outliers", ", ".join(self.outliers) or "none"))
         return {"title": f"Cogging of {len(self.members)} motors", "kind": "Drive", "facts": facts}
 
     @property
     def document(self) -> MotorsDocument:
         """What --json says."""
-        return self.document_of(MotorsDocument, motors=self.listing, strange=list(self.strange))
+        return self.document_of(MotorsDocument, motors=self.listing, outliers=list(self.outliers))
 
     def texts(self) -> Mapping[str, str | bytes]:
         """The document."""
@@ -93,7 +93,7 @@ class IdentifiedDrives(VerbResult):
 
     def details(self) -> Iterator[Section]:
         """The curves of all motors."""
-        from robocal.report.drive_group import group_pictures
+        from robocal.report.motor_group_page import group_pictures
 
         yield from group_pictures(self)
 
@@ -105,10 +105,10 @@ def identify_each(o: Any, motors: MotorLogs, watch: Watch | None, command: str) 
         tell(watch, name)
         with computable(*(log.path for log in logs)):
             members[name] = identify_logs(o, logs, watch, command)
-    remarks = tuple(_strange(members))
+    remarks = tuple(_outliers(members))
     inputs = tuple(dict.fromkeys(f for m in members.values() for f in m.inputs))
     names = tuple(dict.fromkeys(str(r.numbers["motor"]) for r in remarks))
-    return IdentifiedDrives(members=members, strange=names, warnings=remarks, inputs=inputs, command=command)
+    return IdentifiedDrives(members=members, outliers=names, warnings=remarks, inputs=inputs, command=command)
 
 
 def _amplitude(found: IdentifiedDrive, order: int) -> float:
@@ -135,7 +135,7 @@ def _features(of: Sequence[IdentifiedDrive]) -> Iterator[tuple[str, str, Array]]
         yield f"amplitude of order {n}", unit, size[n]
 
 
-def _strange(members: Mapping[str, IdentifiedDrive]) -> Iterator[Remark]:
+def _outliers(members: Mapping[str, IdentifiedDrive]) -> Iterator[Remark]:
     """The motors that are unlike the others, each by what differs most."""
     names, of = list(members), list(members.values())
     if len({m.unit for m in of}) > 1:
@@ -144,13 +144,13 @@ def _strange(members: Mapping[str, IdentifiedDrive]) -> Iterator[Remark]:
     worst: dict[int, tuple[float, Remark]] = {}
     for what, unit, value in features:
         with np.errstate(divide="ignore"):
-            odd = unlike_others(value, STRANGE_CHANCE / len(features), STRANGE_RATIO)
+            odd = unlike_others(value, OUTLIER_CHANCE / len(features), OUTLIER_RATIO)
         others = np.delete(value, odd)
         for i in odd:
             times = float(np.exp(np.abs(np.log(value[i] / np.median(others)))))
             low, high = float(others.min()), float(others.max())
             remark = Remark.of(
-                Code.DRIVE_STRANGE, motor=names[i], what=what, value=float(value[i]), unit=unit, low=low, high=high
+                Code.DRIVE_OUTLIER, motor=names[i], what=what, value=float(value[i]), unit=unit, low=low, high=high
             )
             if i not in worst or times > worst[i][0]:
                 worst[i] = (times, remark)

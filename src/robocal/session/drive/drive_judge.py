@@ -22,6 +22,7 @@ from robocal.session.drive.drive_checks import (
     check_weight,
 )
 from robocal.session.drive.drive_fit import MotorFit
+from robocal.session.drive.drive_listings import log_names
 from robocal.session.drive.table_share import Explained
 
 __all__ = ["escape_width", "judge_logs"]
@@ -70,11 +71,12 @@ def judge_logs(
     for sweep, rows in zip(sweeps, escaped, strict=True):
         if rows.any():
             warnings.append(_escape(sweep, rows))
+    names = log_names(logs)
     for i, found in other_logs.items():
         log = logs[i]
         speed = float(log.in_angle_unit(found.speed))
         warnings.append(
-            Remark.of(Code.DRIVE_HELD_BACK, log=log.path.name, speed=speed, unit=log.speed_unit, alone=found.alone)
+            Remark.of(Code.DRIVE_HELD_BACK, log=names[i], speed=speed, unit=log.speed_unit, alone=found.alone)
         )
     return replace(verdict, reasons=tuple(_own_words(verdict))), tuple(warnings)
 
@@ -87,7 +89,7 @@ def _doubt(verdict: Verdict, why: Remark) -> Verdict:
 
 
 def _own_words(verdict: Verdict) -> Iterator[Remark]:
-    """The reasons; beside those of the log a gain that was proven says nothing more, nor do poses that are few or numbers that a few arcs make odd."""
+    """The reasons; beside those of the log a gain that was proven says nothing more, nor does what a few arcs make odd."""
     own = any(r.code.startswith("drive-") for r in verdict.reasons)
     for r in verdict.reasons:
         if r.code != Code.GAIN_ANYWAY and not (own and r.code in (Code.FEW_UNSEEN, Code.NUMBER_WRONG)):

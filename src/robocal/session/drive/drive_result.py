@@ -11,7 +11,7 @@ import numpy as np
 
 from robocal._record import record
 from robocal._types import Array, Bools
-from robocal.diagnose.drive_limits import LONE_ROWS, SAME_PACE
+from robocal.diagnose.drive_limits import LONE_ROWS, SAME_PACE, WINDOW_LOSES
 from robocal.drives.drive_sweep import Sweep, escaped_rows, lone_rows
 from robocal.drives.order_choice import ChosenOrders
 from robocal.drives.order_names import STRONG, guess_motor, name_order
@@ -41,7 +41,7 @@ from robocal.session.drive.drive_fit import (
     prefer_directions,
 )
 from robocal.session.drive.drive_judge import escape_width, judge_logs
-from robocal.session.drive.drive_listings import friction_listing, log_listing, other_listing, seed_listing
+from robocal.session.drive.drive_listings import friction_listing, log_listing, other_listing, seed_listing, seed_shares
 from robocal.session.drive.table_share import Explained, explain
 from robocal.session.verb_base import VerdictResult
 from robocal.session.watching import computable
@@ -276,6 +276,11 @@ def identify_logs(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, comma
     if table is not None and table.lost.any() and verdict.status == "improved":
         lost = float(table.lost.any(axis=0).mean()) * 360
         verdict = verdict.instead("not_improved", Remark.of(Code.DRIVE_TABLE_LOST, lost=lost))
+    if table is not None:
+        (harmonics, _), (own, _) = seed_shares(sweeps[0], used[0], taken.motor.cogging, table).tolist()
+        if own < harmonics - WINDOW_LOSES:
+            remark = Remark.of(Code.DRIVE_WINDOW_FLATTENS, window=float(o.window), table=own, harmonics=harmonics)
+            warnings = (*warnings, remark)
     motor_file = _motor_file(name, taken, logs, table, told.torque_constant, command)
     left = _left(taken, moments.highest)
     return IdentifiedDrive(

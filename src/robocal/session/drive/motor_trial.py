@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from robocal._record import record
+from robocal._record import record, replace
 from robocal._types import Array
 from robocal.drives.drive_sweep import sweep_of
 from robocal.files.display import listing_text
@@ -70,7 +70,7 @@ class RampResult:
 @record(kw_only=True)
 class SimulateDriveDocument(Document):
     """simulate.json: the motor, the gain of its sweep, the largest error of the identified curve and the true peak, lag and friction as
-    identified; and a row for each PID."""
+    identified; a row for each PID; and the data sheet."""
 
     motor: str
     sweep_gain: UnitValue
@@ -79,6 +79,7 @@ class SimulateDriveDocument(Document):
     lag: UnitValue
     friction: UnitValue
     ramps: Listing
+    data_sheet: Listing | None
     improved: bool
     provenance: Origin
 
@@ -136,6 +137,30 @@ class MotorTrial(VerbResult):
             Column("speed_ratio", "", [r.gain.speed for r in of], digits=6, figures=3, label="peak speed error /"),
         ))  # fmt: skip
 
+    @cached_property
+    def data_sheet(self) -> Listing | None:
+        """What the maker prints, what follows from his other numbers, and what is simulated; None where nobody has told."""
+        sheet, plant = self.motor.data_sheet, self.motor.plant
+        if sheet is None:
+            return None
+        rows = [
+            ("poles", "", float(sheet.poles), None, None),
+            ("rated torque", "N m", sheet.torque, None, None),
+            ("rated speed", "rpm", sheet.speed * 30 / math.pi, None, None),
+            ("rated power", "kW", 1e-3 * sheet.power, 1e-3 * sheet.power_of_torque, None),
+            ("back-EMF", "V/krpm", sheet.back_emf * 1e3 * math.pi / 30, None, None),
+            ("torque constant", "N m/A", None, sheet.constant_of_back_emf, plant.torque_constant),
+            ("cogging, times per turn", "", None, sheet.poles / 2, float(min(plant.cogging.orders))),
+        ]
+        if self.motor.drum is not None:
+            rows.append(("cable on the ramp", "mm/s", None, 1e3 * self.motor.ramp.speed * self.motor.drum, None))
+        names = ("printed", "follows", "simulated")
+        return Listing((
+            Column("number", "", [r[0] for r in rows]),
+            Column("unit", "", [r[1] for r in rows], label="unit"),
+            *(Column(n, "", [math.nan if r[i] is None else r[i] for r in rows], digits=6, spec=".4g") for i, n in enumerate(names, 2)),
+        ))  # fmt: skip
+
     @property
     def head(self) -> dict[str, Any]:
         """What stands at the head of its page."""
@@ -153,7 +178,7 @@ class MotorTrial(VerbResult):
             SimulateDriveDocument, motor=self.motor.name, sweep_gain=UnitValue(self.sweep_gain, "N m/rad"),
             curve_error=UnitValue(self.curve_error, "N m"), peak=UnitValue(self.peak, "N m"),
             lag=UnitValue(math.degrees(found.cogging.lag), "deg"), friction=UnitValue(found.coulomb, "N m"),
-            ramps=self.listing, improved=self.improved,
+            ramps=self.listing, data_sheet=self.data_sheet, improved=self.improved,
         )  # fmt: skip
 
     def texts(self) -> Mapping[str, str | bytes]:
@@ -237,6 +262,8 @@ def drive_log(motor: MotorSimulation, sweeps: Sequence[SweepLog]) -> DriveLog:
 def simulate_procedure(o: Any, watch: Watch | None = None, command: str = "") -> MotorTrial:
     """Reads the motor, sweeps it, identifies its cogging, and tests the compensation. Raises InputError."""
     motor = read_motor_simulation(o.spec)
+    if o.speed is not None:
+        motor = replace(motor, sweep=replace(motor.sweep, speed=math.radians(o.speed)))
     return try_motor(motor, motor.gains[0] if o.gain is None else o.gain, o.seed, watch, command)
 
 

@@ -39,6 +39,9 @@ class Options(BaseOptions):
     gain: float | None = option(
         None, "Proportional gain of the sweep", "GAIN", unit="N m/rad", above=0, otherwise="the first of the file"
     )
+    speed: float | None = option(
+        None, "Speed of the sweep", "DEG/S", unit="deg/s", above=0, most=1000, otherwise="as the file says"
+    )
     seed: int = option(0, "Seed of the noise", "N", least=0)
     output: Path | None = option(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", "DIR", short="-o")
     force: w.Force = False

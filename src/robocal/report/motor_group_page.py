@@ -1,4 +1,4 @@
-"""The page of several motors: one table, those that are strange, and the curves above each other."""
+"""The page of several motors: one table, those that are unlike the others, and the curves above each other."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def group_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
     """How many tables may be used, the table of all motors, and why some may not."""
     good = sum(m.trusted for m in found.members.values())
     many = len(found.members)
-    strange = f"; strange: {', '.join(found.strange)}" if found.strange else ""
-    yield Section.of("", Text.of((f"{good} of {many}", "strong"), f"   motors have a table that is proven{strange}"))
+    unlike = f"; unlike the others: {', '.join(found.outliers)}" if found.outliers else ""
+    yield Section.of("", Text.of((f"{good} of {many}", "strong"), f"   motors have a table that is proven{unlike}"))
     yield Section.of("", listing_table(found.listing), title="Motors", key="motors")
     bad = {name: m for name, m in found.members.items() if not m.trusted}
     if bad:
@@ -38,11 +38,11 @@ def group_pictures(found: Any) -> Iterator[Section]:
     step = 2.2 * max(float(np.abs(c).max()) for c in curves.values()) or 1.0
     unit = next(iter(found.members.values())).unit
     lines = [
-        AngleCurve(angle, c - i * step, "curve random" if name in found.strange else "curve")
+        AngleCurve(angle, c - i * step, "curve random" if name in found.outliers else "curve")
         for i, (name, c) in enumerate(curves.items())
     ]
     told = (
-        "The curve of each motor over its turn, forward, in the order of the table from above; strange ones are dashed."
+        "The curve of each motor over its turn, forward, in the order of the table; those unlike the others are dashed."
     )
     svg = draw_curves(lines, "angle [deg]", f"effort [{unit}]", title="Curves", text=told, key="curves")
     yield Section.of("The curve of each motor", Figure(svg, told), key="figure-curves")

@@ -3,7 +3,7 @@
     R_i = max_j |x_j - mean| / s    of what is left after the i - 1 most extreme were put aside
     R_i > (m - 1) t / sqrt(m (m - 2 + t^2)),    m = n - i + 1 values are left, t of m - 2 degrees of freedom at 1 - p / (2 m k)
 
-Several strange ones do not hide each other: the largest i of k with R_i beyond its bound says how many there are.
+Several of them do not hide each other: the largest i of k with R_i beyond its bound says how many there are.
 k shares the chance, for with as few as eight values more than one test would be passed by chance. x are logarithms of amounts,
 for motors of one type differ by parts of them. Source: Rosner, Technometrics 25 (1983) 165.
 """
@@ -17,7 +17,7 @@ from robocal._types import Array
 
 __all__ = ["unlike_others"]
 
-FEWEST = 4  # grid: values, of which one can be strange: three say how they scatter
+FEWEST = 4  # grid: values, of which one can be unlike the others: three say how they scatter
 
 
 def unlike_others(values: Array, chance: float, least: float) -> tuple[int, ...]:
@@ -37,7 +37,7 @@ def unlike_others(values: Array, chance: float, least: float) -> tuple[int, ...]
         t = float(special.stdtrit(m - 2, 1 - chance / (2 * m * most)))
         bound = (m - 1) * t / np.sqrt(m * (m - 2 + t**2))
         out.append(int(left[at]))
-        # Of equal values nothing is strange; beside equal ones any other is.
+        # Of equal values none is unlike; beside equal ones any other is.
         if s > 0 and off[at] / s > bound:
             told = i + 1
         left = np.delete(left, at)

@@ -40,7 +40,7 @@ class Options(BaseOptions):
     robocal drive identify m1.csv m2.csv m3.csv m4.csv --each -o motors
     robocal drive compensate run --format c
 
-    A file may have several motors, as columns angle 1, current 1, angle 2, ...: each is found by itself, and the strange one is named.
+    A file may have several motors, as columns angle 1, current 1, angle 2, ...: each gets a table and a folder of its own.
 
     Orders are taken as long as arcs of 30 degrees that were held out are met better with them. "Improved" means that the table
     explains unseen arcs better than friction and offset alone.
@@ -114,7 +114,7 @@ def sections(made: Outcome[Any]) -> Iterator[Section]:
     from robocal.session.drive.drive_group import IdentifiedDrives
 
     if isinstance(made.result, IdentifiedDrives):
-        from robocal.report.drive_group import group_sections
+        from robocal.report.motor_group_page import group_sections
 
         yield from group_sections(made.result, made.written)
         return
