@@ -87,9 +87,8 @@ class LoadRows(PlatformRows):
         weight[..., 2] = -GRAVITY * body[:, :1]
         load = np.concatenate([weight, np.cross(centre, weight)], axis=-1)[..., self.axes]
         root, held = root_of(np.einsum("bkmi,bkmj->bkij", w, w))
-        r = np.linalg.solve(
-            root, (np.einsum("bkmi,bkm->bki", w, np.broadcast_to(tension, w.shape[:3])) + load)[..., None]
-        )[..., 0]
+        pulled = np.einsum("bkmi,bkm->bki", w, np.broadcast_to(tension, w.shape[:3])) + load
+        r = np.asarray(np.linalg.solve(root, pulled[..., None]), float)[..., 0]
         r[~held] = np.inf
         # A change of d_i and of the lever moves column i: du = (I - u u^T) dd / |d|.
         flat = (np.eye(3) - u[..., :, None] * u[..., None, :]) / far[..., None]
