@@ -88,7 +88,7 @@ class LoadRows(PlatformRows):
         load = np.concatenate([weight, np.cross(centre, weight)], axis=-1)[..., self.axes]
         root, held = root_of(np.einsum("bkmi,bkmj->bkij", w, w))
         pulled = np.einsum("bkmi,bkm->bki", w, np.broadcast_to(tension, w.shape[:3])) + load
-        r = np.asarray(np.linalg.solve(root, pulled[..., None]), float)[..., 0]
+        r: Array = np.asarray(np.linalg.solve(root, pulled[..., None])[..., 0], dtype=np.float64)
         r[~held] = np.inf
         # A change of d_i and of the lever moves column i: du = (I - u u^T) dd / |d|.
         flat = (np.eye(3) - u[..., :, None] * u[..., None, :]) / far[..., None]
