@@ -96,7 +96,9 @@ class LoadRows(PlatformRows):
         change[..., :3, :3] = flat
         change[..., 3:, :3] = so3.skew(lever) @ flat
         change[..., 3:, 3:] = -so3.skew(u)
-        inner = np.linalg.solve(root[:, :, None], change[..., self.axes, :])  # C^-1 dw, (B, k, m, d, 6)
+        inner: Array = np.asarray(
+            np.linalg.solve(root[:, :, None], change[..., self.axes, :]), dtype=np.float64
+        )  # C^-1 dw, (B, k, m, d, 6)
         own = np.linalg.solve(root, w.swapaxes(-1, -2)).swapaxes(-1, -2)  # C^-1 w, (B, k, m, d)
         slope = tension[..., None, None] * inner - _root_moved(inner, own, r)
         by_end = np.empty((*slope.shape[:4], 6))
