@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from cli.runs import robocal
 
+from robocal.diagnose.check_registry import Context
+from robocal.diagnose.joint_friction import unseen_friction
 from robocal.errors import FormatError
 from robocal.session.inputs import read_inputs
 
@@ -126,6 +128,23 @@ def test_a_constant_that_nobody_knows_may_be_anything(run, tmp_path):
     files = rig.write(tmp_path, nominal, with_currents(table, lambda i: 3 * i), "free: false", "tension: currents\n")
     with pytest.raises(FormatError, match="an ampere pulls 0.3"):
         read_inputs(tmp_path / "robot.yaml", files)
+
+
+@pytest.mark.parametrize("still", [range(8), [2], []])
+def test_winches_that_stood_still_show_no_friction(run, tmp_path, still):
+    _, nominal, table, _ = run
+    head, *rows = table.splitlines()
+    at = [head.split(",").index(f"v{i}") for i in still]
+    cells = [row.split(",") for row in rows]
+    for row in cells:
+        for i in at:
+            row[i] = "0"
+    files = rig.write(
+        tmp_path, nominal, "\n".join([head, *map(",".join, cells)]) + "\n", "prior: 0.056", "tension: currents\n"
+    )
+    read = read_inputs(tmp_path / "robot.yaml", files)
+    findings = list(unseen_friction.run(Context(read.opened.file.machine, read.data)))
+    assert [f.numbers["joints"] for f in findings] == ([tuple(f"c{i + 1}" for i in still)] if still else [])
 
 
 def test_numbers_of_winches_have_their_units():

@@ -1,6 +1,8 @@
-"""Friction of joints that torques cannot tell: a joint that moves in one direction, or of which no speed is given.
+"""Friction of motors that their efforts cannot tell: a joint that moves in one direction, a joint or winch of which no speed is known.
 
-tau = gravity + c sgn(q') + b q'        with one sign of q' alone c looks like gravity; with none it stays in the torques
+    effort = gravity + c sgn(v) + b v        with one sign of v alone c looks like gravity of a joint; with none it stays in the efforts
+
+Of a winch one direction is enough: the platform's weight tells its tension.
 """
 
 from __future__ import annotations
@@ -10,6 +12,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from robocal.diagnose.check_registry import Context, Finding, When, check, doubt
+from robocal.measure.cable.platform_rows import cable_names
+from robocal.measure.cable.winch_tensions import FRICTION
+from robocal.measure.data import Observations
 from robocal.measure.machine import Model, joints_of
 from robocal.remarks.english import declare
 
@@ -17,22 +22,33 @@ __all__ = ["UNSEEN"]
 
 UNSEEN = declare(
     "friction-unseen",
-    "friction of {joints} is not told: {why}, so that friction stays in their torques, or counts as gravity",
-    "Measure in both directions, and state the speed of every joint (speed: in the data file).",
+    "friction of {joints} is not told: {why}, so that it stays in what the motors bear, or counts as gravity",
+    "Measure in both directions, and state all speeds (speed: in the data file).",
 )
+WINCHES = "a winch for every cable"
 WHY = {0: "no speed is given", 1: "they move in one direction only"}
 
 
 @check("friction-unseen", When.FIT, order=219, needs=("data", "fit"))
 def unseen_friction(context: Context[Model]) -> Iterator[Finding]:
     """The joints whose speeds have fewer than two signs in all files together."""
-    read = [o for o in context.need_data.observations if o.kind == "joint_torque" and len(o)]
-    if not read:
-        return
-    joint = np.concatenate([o.extra["joint"] for o in read]).astype(np.int64)
-    sign = np.sign(np.concatenate([o.extra["speed"] for o in read]))
-    seen = {j: len(set(sign[joint == j].tolist()) - {0.0}) for j in sorted(set(joint.tolist()))}
+    seen: dict[str, set[float]] = {}
+    for obs in context.need_data.observations:
+        if obs.kind == "joint_torque":
+            names = [j.name for j in joints_of(context.model)]
+            signs, which = np.sign(obs.extra["speed"]), obs.extra["joint"].astype(np.int64)
+            for i in np.unique(which).tolist():
+                seen.setdefault(names[i], set()).update(signs[which == i].tolist())
+        elif obs.kind == "winches" and np.ndim(obs.extra.get("speed", 0.0)) == 2 and _rubs(obs):
+            for cable, column in zip(cable_names(obs, WINCHES), obs.extra["speed"].T, strict=True):
+                # One direction is as good as two.
+                seen.setdefault(cable, set()).update((1.0, -1.0) if column.any() else ())
     for count, why in WHY.items():
-        names = tuple(joints_of(context.model)[j].name for j, n in seen.items() if n == count)
-        if names:
-            yield doubt(UNSEEN, joints=names, why=why)
+        joints = tuple(n for n, signs in seen.items() if len(signs - {0.0}) == count)
+        if joints:
+            yield doubt(UNSEEN, joints=joints, why=why)
+
+
+def _rubs(obs: Observations) -> bool:
+    free = obs.options.get("free")
+    return isinstance(free, tuple) and not set(FRICTION).isdisjoint(map(str, free))

@@ -87,9 +87,8 @@ class LoadRows(PlatformRows):
         weight[..., 2] = -GRAVITY * body[:, :1]
         load = np.concatenate([weight, np.cross(centre, weight)], axis=-1)[..., self.axes]
         root, held = root_of(np.einsum("bkmi,bkmj->bkij", w, w))
-        r = np.linalg.solve(
-            root, (np.einsum("bkmi,bkm->bki", w, np.broadcast_to(tension, w.shape[:3])) + load)[..., None]
-        )[..., 0]
+        pulled = np.einsum("bkmi,bkm->bki", w, np.broadcast_to(tension, w.shape[:3])) + load
+        r: Array = np.asarray(np.linalg.solve(root, pulled[..., None])[..., 0], dtype=np.float64)
         r[~held] = np.inf
         # A change of d_i and of the lever moves column i: du = (I - u u^T) dd / |d|.
         flat = (np.eye(3) - u[..., :, None] * u[..., None, :]) / far[..., None]
@@ -97,7 +96,9 @@ class LoadRows(PlatformRows):
         change[..., :3, :3] = flat
         change[..., 3:, :3] = so3.skew(lever) @ flat
         change[..., 3:, 3:] = -so3.skew(u)
-        inner = np.linalg.solve(root[:, :, None], change[..., self.axes, :])  # C^-1 dw, (B, k, m, d, 6)
+        inner: Array = np.asarray(
+            np.linalg.solve(root[:, :, None], change[..., self.axes, :]), dtype=np.float64
+        )  # C^-1 dw, (B, k, m, d, 6)
         own = np.linalg.solve(root, w.swapaxes(-1, -2)).swapaxes(-1, -2)  # C^-1 w, (B, k, m, d)
         slope = tension[..., None, None] * inner - _root_moved(inner, own, r)
         by_end = np.empty((*slope.shape[:4], 6))
