@@ -61,7 +61,7 @@ def tell_lens(verdict: Verdict, lens: Remark | None, material: bool) -> tuple[Ve
     rest = replace(verdict, reasons=tuple(r for r in verdict.reasons if r not in reasons))
     if material:
         return rest.instead("refused" if rest.status == "refused" else "not_improved", one), [], True
-    at = verdict.reasons.index(reasons[0])
+    at = next(k for k, r in enumerate(verdict.reasons) if r.code == Code.LENS_CONTRADICTED)
     return replace(verdict, reasons=(*rest.reasons[:at], one, *rest.reasons[at:])), [], False
 
 
