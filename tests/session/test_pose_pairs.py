@@ -188,7 +188,7 @@ def test_motions_that_tell_nothing(turn, code):
 # obeys: frames-loose
 def test_a_camera_that_is_hardly_placed():
     """Poor poses put it anywhere within centimetres: no result, until more are measured."""
-    _, flange, seen, camera, _ = cell(8, 120, tilt=30.0, size=12.0)
+    _, flange, seen, camera, _ = cell(8, 120, tilt=30.0, size=18.0)
     few = locate_camera(PosePairs(seen[:10], True, flange[:10]))
     assert verdict_of(few.decision).status == "not_improved" and "frames-loose" in said(few)
     many = locate_camera(PosePairs(seen, True, flange))

@@ -55,13 +55,13 @@ def tell_lens(verdict: Verdict, lens: Remark | None, material: bool) -> tuple[Ve
     if not every:
         return verdict, [], material
     # What views alone tell is told of each number once; what a fit to the robot's poses tells is the same, or the robot's.
-    names = [n for r in ([lens] if lens is not None else reasons) for n in _names(r)]
+    names = [str(n) for r in ([lens] if lens is not None else reasons) for n in _names(r)]
     most = max(float(r.numbers["z"]) for r in every)  # type: ignore[arg-type]
     one = Remark.of(Code.LENS_CONTRADICTED, names=tuple(dict.fromkeys(names)), z=most)
     rest = replace(verdict, reasons=tuple(r for r in verdict.reasons if r not in reasons))
     if material:
         return rest.instead("refused" if rest.status == "refused" else "not_improved", one), [], True
-    at = verdict.reasons.index(reasons[0])
+    at = next(k for k, r in enumerate(verdict.reasons) if r.code == Code.LENS_CONTRADICTED)
     return replace(verdict, reasons=(*rest.reasons[:at], one, *rest.reasons[at:])), [], False
 
 
