@@ -81,7 +81,7 @@ class Rezeroed(CableResult):
 
 def find_zeros(o: Any, command: str = "") -> Rezeroed:
     """Zeros by the options of the verb. Raises InputError."""
-    file = open_robot(o.robot)
+    file = open_robot(o.robot, zeros=False)
     robot, si = file.robot, o.si(file.units)
     rows = read_cable_lengths(o.lengths, robot)
     if rows.geometric:
