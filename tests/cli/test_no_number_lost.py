@@ -21,7 +21,7 @@ from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
 from robocal.files.cable.cable_robot import parse_cable
 from robocal.files.cable.cablefile import CableFile
-from robocal.files.cable.write import describe_cable
+from robocal.files.cable.write import describe_cable, render_material
 from robocal.files.text import Source
 from robocal.geometry import se3
 from robocal.measure.base import problem, synthesise
@@ -188,3 +188,26 @@ def test_the_calibrated_file_is_the_fitted_model(name):
         body = [after.mass, *after.com]
         assert np.abs(np.array(body) - [seen[f"platform.{s}"] for s in ("mass", "cx", "cy", "cz")]).max() < SAME
         assert abs(after.mass - 8.4) < 0.1
+
+
+BASES = {
+    "of all": _tense(PLAIN).replace("KEYS", "density: {value: 0.1, unit: N/m}, elasticity: 1.0e-5"),
+    "of all, in a block": PLAIN + "every_cable:\n  tension: [20, 600]\n",
+    "of each": describe_cable(nominal(density=np.linspace(0.1, 0.2, M), elasticity=np.linspace(1e-5, 2e-5, M))),
+    "of nobody": PLAIN,
+    "in millimetres": PLAIN.replace("units: {length: m,", "units: {length: mm,"),
+}
+
+
+@pytest.mark.parametrize("name", [*BASES, "of another format"])
+def test_weight_and_elasticity_of_loads_stand_in_the_robots_file(name):
+    """What `cable straightness --loads` found, wherever a file has it."""
+    found = {"density": 0.1227123456789, "elasticity": 2.5123456789e-5}
+    if name in BASES:
+        file = parse_cable(Source(Path("robot.yaml"), BASES[name], ""))
+    else:
+        file = replace(parse_cable(Source(Path("robot.yaml"), PLAIN, "")), places=None)
+    after = parse_cable(Source(Path("after.yaml"), render_material(file, found), "")).robot
+    assert np.abs(after.density / found["density"] - 1).max() < SAME
+    assert np.abs(after.elasticity / found["elasticity"] - 1).max() < SAME
+    assert after.cables == file.robot.cables and np.array_equal(after.a, file.robot.a)

@@ -305,6 +305,7 @@ def _places(model: CableRobotModel, rows: list[CableRow], values: CableValues) -
     for whose, said, where in (*of_cables, (COMMON, model.every_cable, ("every_cable",))):
         note(f"{whose}.{STRETCH}", said.elasticity, (*where, "elasticity"), "1/N")
         note(f"{whose}.{GAIN}", said.gain, (*where, GAIN), "1")
+        note(f"{whose}.density", said.density, (*where, "density"), "N/m")
         if said.pulley is not None:
             note(f"{whose}.radius", said.pulley.radius, (*where, "pulley", "radius"))
             note(f"{whose}.n", said.pulley.axis, (*where, "pulley", "axis"), "1", "xyz")

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from robocal._types import Array
-from robocal.cables.geometry import GAIN, PLATFORM, CableRobot
+from robocal.cables.geometry import COMMON, GAIN, PLATFORM, CableRobot
 from robocal.errors import FormatError, ModelError, nearest
 from robocal.files.cable.cable_model import MATERIALS, CableUnits
 from robocal.files.cable.cable_robot import parse_cable
@@ -19,9 +19,10 @@ from robocal.files.text import Source
 from robocal.files.units import Unit, number, same
 from robocal.files.yamlio import Path_, add_stamp, edit, path_text, quote
 
-__all__ = ["describe_cable", "render_cable"]
+__all__ = ["describe_cable", "render_cable", "render_material"]
 
 ZERO = ".l0"
+EVERY = "every_cable"
 
 
 def _body(robot: CableRobot) -> dict[str, float]:
@@ -80,6 +81,32 @@ def render_cable(file: CableFile, values: Mapping[str, float]) -> tuple[str, tup
         text, left_out = listed, tuple(n for n in left_out if not n.endswith((ZERO, f".{GAIN}")))
     origin = file.path.name if file.path else file.robot.name
     return add_stamp(text, origin, len(changed) - len(left_out)), left_out
+
+
+def render_material(file: CableFile, found: Mapping[str, float]) -> str:
+    """The robot with other numbers of all its cables, by the keys `density` and `elasticity` (SI), as text: where the file states them,
+    of each cable or of all; else under every_cable."""
+    robot = file.robot
+    if file.places is None:
+        known = {k: np.full(len(robot.cables), v) for k, v in found.items()}
+        strain = known.pop("elasticity", None)
+        after = replace(robot, **known) if strain is None else replace(robot, **known).having(elasticity=strain)
+        return describe_cable(after, file.units)
+    out: dict[Path_, float | str] = {}
+    lines, common = [], any(path[0] == EVERY for path, _ in file.places.values()) or f"\n{EVERY}:" in file.text
+    for key, value in found.items():
+        stated = [
+            file.places[n] for n in (*(f"{c}.{key}" for c in robot.cables), f"{COMMON}.{key}") if n in file.places
+        ]
+        unit = file.units.of(MATERIALS[key][1])
+        if not stated and not common:
+            lines.append(f"{key}: {number(unit.from_si(value))}")
+        for path, own in stated or ([((EVERY, key), unit)] if common else []):
+            out[path] = own.from_si(value)
+    text = edit(file.text, out, file.path)
+    if lines:
+        text = f"{text.rstrip()}\n{EVERY}: {{{', '.join(lines)}}}\n"
+    return add_stamp(text, file.path.name if file.path else robot.name, len(found))
 
 
 def _with_cables(text: str, file: CableFile, values: Mapping[str, float], wanted: Sequence[str]) -> str | None:
