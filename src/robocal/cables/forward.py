@@ -118,7 +118,7 @@ def forward(
     pose, r, slope, _, iterations, converged = (v[at] for v in ends)
     pose[np.isnan(r).any(axis=1)] = np.nan
     covariance, counted = _covariance(r, slope, s is not None), solutions if starts else np.zeros(k, dtype=np.int64)
-    return Forward(pose, robot.shown(r / weight), covariance, iterations, converged, counted, rival)
+    return Forward(pose, robot.readings(r / weight), covariance, iterations, converged, counted, rival)
 
 
 def _check(robot: CableRobot, y: Array, axes: list[int]) -> None:

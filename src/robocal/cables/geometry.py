@@ -132,7 +132,7 @@ class CableRobot(Unjointed):
         """Whether the gains of its drums are parameters of it."""
         return any(self.row(f"{c}.{GAIN}") in self.table for c in self.cables)
 
-    def shown(self, lengths: Array) -> Array:
+    def readings(self, lengths: Array) -> Array:
         """What the sensors show of lengths (k, m) less their zeros."""
         return lengths / self.gain
 

@@ -233,7 +233,7 @@ def locate_platform(machine: Model, obs: Observations, wanted: Bools) -> Array:
         if "tension" in obs.extra and robot.elasticity is not None:
             pull = np.zeros_like(table)
             pull[obs.configuration, obs.extra["cable"].astype(np.int64)] = obs.extra["tension"]
-        found = forward(robot, robot.shown(table[some]), tension=None if pull is None else pull[some], axes=axes)
+        found = forward(robot, robot.readings(table[some]), tension=None if pull is None else pull[some], axes=axes)
         good = found.converged & np.isfinite(found.pose).all(axis=(1, 2))
         out[some[good]] = found.pose[good]
     return out

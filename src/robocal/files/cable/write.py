@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -88,10 +89,8 @@ def render_material(file: CableFile, found: Mapping[str, float]) -> str:
     of each cable or of all; else under every_cable."""
     robot = file.robot
     if file.places is None:
-        known = {k: np.full(len(robot.cables), v) for k, v in found.items()}
-        strain = known.pop("elasticity", None)
-        after = replace(robot, **known) if strain is None else replace(robot, **known).having(elasticity=strain)
-        return describe_cable(after, file.units)
+        known: dict[str, Any] = {k: np.full(len(robot.cables), v) for k, v in found.items()}
+        return describe_cable(robot.having(**known), file.units)
     out: dict[Path_, float | str] = {}
     lines, common = [], any(path[0] == EVERY for path, _ in file.places.values()) or f"\n{EVERY}:" in file.text
     for key, value in found.items():

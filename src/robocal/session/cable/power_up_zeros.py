@@ -52,8 +52,6 @@ class Rezeroed(CableResult):
     sigma: float | None
     text: str
 
-    lists_files = "some"
-
     @property
     def zeros(self) -> Listing:
         """One row for each cable."""
