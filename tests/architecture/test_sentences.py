@@ -29,10 +29,12 @@ LOOKS = {
 PATTERNS = {"search", "match", "fullmatch", "findall", "finditer", "sub", "subn", "split"}
 # Pure facts: nothing is to be done about them.
 FACTS = {
+    "poses-from-points",
     # Guards: no file is known that leads to them, so no advice could be tried.
     *(Code.ENDED_ELSEWHERE, Code.FRAMES_NOT_CONVERGED, Code.NOT_FINITE, Code.PARTICLES_STUCK),
     *(
         Code.STRETCH_TAKEN,
+        Code.TENSIONS_FROM_CURRENTS,
         Code.SAG_TAKEN,
         Code.BEYOND_TAKEN,
         Code.ZEROS_LEFT_ASIDE,
@@ -44,6 +46,7 @@ FACTS = {
     ),
     Code.JOINT_LOADS_APART,
     *(Code.HAND_EYE_LOST,),  # beside what explains it
+    *(Code.DRIVE_GAIN_PROVEN, Code.DRIVE_GAIN_NOT_PROVEN, Code.DRIVE_REPEATED_ROWS, Code.DRIVE_TIME_ANEW),
     *(Code.LENS_GAIN_PROVEN, Code.LENS_NOT_CONVERGED, Code.POSES_WITHOUT_VIEW),
     *(
         Code.DRIVE_WINDING,

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from robocal.cables.pulley import Pulleys
 from robocal.parameters import Parameter
 
-__all__ = ["DRUM", "GAIN", "STRETCH", "WHEEL", "material_rows"]
+__all__ = ["DRUM", "GAIN", "STRETCH", "UNITS", "WHEEL", "material_rows"]
 
 WHEEL = ("radius", "nx", "ny", "nz")
 STRETCH = "elasticity"

@@ -5,10 +5,11 @@ from typing import Any
 
 from robocal.front.arrays import Measurements
 from robocal.front.verb_result import Found
+from robocal.session.drive.drive_group import IdentifiedDrives as _identify_IdentifiedDrives
 from robocal.session.drive.drive_result import IdentifiedDrive as _identify_IdentifiedDrive
 from robocal.session.drive.drive_table import DriveTable as _compensate_DriveTable
 from robocal.session.drive.drive_validation import DriveValidation as _validate_DriveValidation
-from robocal.verbs.drive.simulate.motor_trial import MotorTrial as _simulate_MotorTrial
+from robocal.session.drive.motor_trial import MotorTrial as _simulate_MotorTrial
 
 _Path = str | os.PathLike[str]
 _Given = _Path | Measurements | Found[Any]
@@ -26,17 +27,19 @@ def identify(
     method: str = 'harmonics',
     degree: int = 2,
     window: float = 5.0,
+    each: bool = False,
+    loaded: bool = False,
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
-) -> Found[_identify_IdentifiedDrive]:
+) -> Found[_identify_IdentifiedDrive | _identify_IdentifiedDrives]:
     """Find the cogging and the friction of a motor from logs of its drive.
 
     Lead the motor slowly with a proportional position loop: 3 deg/s, two turns, in both directions, without a load. Log time, angle, and
     the current or torque that the drive asks.
 
     logs: data.yaml of a log, or a CSV whose headers carry units; the slowest are fitted, the others compared.
-    columns: Columns of a CSV, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag.
+    columns: Columns of a CSV, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag; angle.left is that of motor left.
     orders: At most so many orders, 1 to 100.
     phases: One lag for both directions, or phases of their own; auto: what held-out arcs prefer.
     eccentric: The encoder may be off its centre: two numbers in place of sidebands.
@@ -45,6 +48,8 @@ def identify(
     method: Harmonics, or the seed document's table for each direction: harmonics, seed.
     degree: Degree of the polynomials of --method seed, 2 to 3.
     window: Window of --method seed [deg], above 0 and at most 60.
+    each: Every log is of a motor of its own: one table, and a folder for each.
+    loaded: The logs have a load: what comes once per turn is its weight.
     output: Folder for motor.yaml, drive.json and report.html.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
@@ -57,6 +62,8 @@ def validate(
     log: _Given,
     *,
     columns: str | Sequence[str] = (),
+    beside: _Path | Sequence[_Path] = ...,
+    loaded: bool = False,
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
@@ -66,6 +73,8 @@ def validate(
     motor: The folder of robocal drive identify, or its motor.yaml.
     log: data.yaml of another log, or a CSV whose headers carry units.
     columns: Columns of a CSV, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag.
+    beside: Other runs of the same motor, whose tables are compared row by row.
+    loaded: The log has a load: what comes once per turn is its weight.
     output: Folder for validation.json and report.html.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.

@@ -8,9 +8,33 @@ from typing import Annotated
 from robocal.verbs.option import Arg, Option
 
 __all__ = [
-    "AnyRobot", "Base", "CableRobot", "CableTension", "Data", "Diameter", "Exclude", "Force", "Frame", "History", "Kind", "KindToFillIn",
-    "MomentLength", "Noise", "OutputFile", "Payload", "PlatformBody", "PlatformMass", "PlatformPoses", "Relief", "Robot", "Sag", "Seed",
-    "TensionLimits", "TensionMethod", "Tip",
+    "KINDS",
+    "AnyRobot",
+    "Base",
+    "CableRobot",
+    "CableTension",
+    "Data",
+    "Diameter",
+    "Exclude",
+    "Force",
+    "Frame",
+    "History",
+    "Kind",
+    "KindToFillIn",
+    "MomentLength",
+    "Noise",
+    "OutputFile",
+    "Payload",
+    "PlatformBody",
+    "PlatformMass",
+    "PlatformPoses",
+    "Relief",
+    "Robot",
+    "Sag",
+    "Seed",
+    "TensionLimits",
+    "TensionMethod",
+    "Tip",
 ]  # fmt: skip
 
 Robot = Annotated[
@@ -37,7 +61,7 @@ Kind = Annotated[str, Option(f"What is measured: {KINDS}", "KIND")]
 KindToFillIn = Annotated[
     str | None,
     Option(
-        f"What is measured: {KINDS}; of a cable robot lengths, pose, position",
+        f"What is measured: {KINDS}, joint_torque; of a cable robot lengths, pose, position",
         "KIND",
         otherwise="position; of a cable robot lengths and pose",
     ),

@@ -19,7 +19,7 @@ from robocal.files.cable.data_templates import data_templates
 from robocal.files.opened_file import machine_kind
 from robocal.files.runfolder import ROBOTS
 from robocal.files.table_description import UNSTATED, describe_table
-from robocal.files.templates import convention_chain, templates
+from robocal.files.templates import TORQUES, convention_chain, templates
 from robocal.files.writing import refuse_existing, write_files
 from robocal.measure.data import DataSet
 from robocal.session.cable.calibrated import open_robot
@@ -100,8 +100,9 @@ def new(o: Any) -> New:
     kind, robot = o.kind or "position", o.robot
     if _is_cable(robot):
         return _of_cables(o)
-    if kind not in RIGS:
-        near, expected = nearest(kind, RIGS), ", ".join(RIGS)
+    kinds = (*RIGS, TORQUES)
+    if kind not in kinds:
+        near, expected = nearest(kind, kinds), ", ".join(kinds)
         raise ModelError("unknown kind", key="--kind", found=kind, expected=expected, suggestion=near)
     own = Path(robot) if os.path.isfile(robot) else None
     if own is not None:
@@ -147,8 +148,8 @@ def _write(o: Any, name: str, convention: str | None, own: Path | None, texts: M
 
 
 def _example(arm: Chain, kind: str) -> DataSet | None:
-    """Rows that a perfect instrument would read of the nominal robot; the templates make those of positions and poses."""
-    if kind in ("position", "pose"):
+    """Rows that a perfect instrument would read of the nominal robot; the templates make those of positions, poses and torques."""
+    if kind in ("position", "pose", TORQUES):
         return None
     within = np.clip(sample_joints(arm, ROWS, np.random.default_rng(1)), -1.0, 1.0)
     slides = [j.type == "prismatic" for j in arm.joints]
