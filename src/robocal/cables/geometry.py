@@ -1,9 +1,10 @@
 """A cable robot: a platform hung from frame anchors, and the lengths of its straight cables.
 
-    l_i = |p + R b_i - a_i| - l0_i
+    l_i = |p + R b_i - a_i| - l0_i,    y_i = l_i / g_i
 
 Cable i runs from frame anchor a_i (base coordinates) to platform anchor b_i (platform coordinates); l0_i is the zero
-of its length sensor. With a pulley the cable enters at a_i, wraps and leaves towards the platform (`cables/pulley.py`).
+of its length sensor, which shows y_i: its drum winds up a length g_i times as long (1 where nothing is stated). With a pulley
+the cable enters at a_i, wraps and leaves towards the platform (`cables/pulley.py`).
 The base's z points up. Twists are (v, w) in base axes about the platform's origin.
 """
 
@@ -19,6 +20,7 @@ from numpy.typing import ArrayLike
 
 from robocal._record import field, record, replace
 from robocal._types import Array
+from robocal.cables.material import GAIN, STRETCH, WHEEL, material_rows
 from robocal.cables.pulley import Pulleys, run
 from robocal.errors import require
 from robocal.geometry import se3
@@ -29,6 +31,7 @@ __all__ = [
     "COMMON",
     "DEGREES",
     "EXPECTED",
+    "GAIN",
     "STRETCH",
     "SYMBOLS",
     "WHEEL",
@@ -41,13 +44,8 @@ __all__ = [
 ]
 
 SYMBOLS = ("ax", "ay", "az", "bx", "by", "bz", "l0")
-WHEEL = ("radius", "nx", "ny", "nz")
-STRETCH = "elasticity"
 PLATFORM = "platform"  # whose mass and centre of mass are, where load cells tell them
 COMMON = "cables"  # whose a number is that all cables have together
-UNITS = {"radius": "m", STRETCH: "1/N"}
-WHEEL_EXPECTED = (0.005, 0.05, 0.05, 0.05)  # m, and what an axis is off that somebody set by eye
-SOFTER = 0.5  # of itself: what a catalogue knows of a rope's elasticity
 SPATIAL = (0, 1, 2, 3, 4, 5)
 # What a tape measure or radio beacons leave, by the thesis; four poses and more improve it a hundredfold.
 EXPECTED = 0.1  # tolerance: m
@@ -67,7 +65,7 @@ class CableRobot(Unjointed):
     known of them.
 
     The table also has what is known of pulleys, `c1.radius` in m and the swivel axis `c1.nx` ... `c1.nz` of any length,
-    and of stretch, `c1.elasticity` in 1/N: strain per tension. mass in kg, com (3,) in m and inertia (3, 3) in kg m2
+    of stretch, `c1.elasticity` in 1/N: strain per tension, and of drums, `c1.gain`. mass in kg, com (3,) in m and inertia (3, 3) in kg m2
     about com, all in platform axes; limits (m, 2): least and greatest tension in N; density (m,): weight per unstretched
     length in N/m; diameter (m,) in m. None: not known. `degrees` is a key of DEGREES; a planar robot moves in `plane` of the
     base (xz and yz stand upright). `sources` says where values come from, `assumed` names those that were chosen:
@@ -123,6 +121,21 @@ class CableRobot(Unjointed):
         found = self._table_values((STRETCH,))[:, 0]
         return None if np.isnan(found).any() else found
 
+    @property
+    def gain(self) -> Array:
+        """Length that each drum winds up over the length that its sensor shows, (m,); 1 where nobody states one."""
+        found = self._table_values((GAIN,))[:, 0]
+        return np.where(np.isnan(found), 1.0, found)
+
+    @property
+    def states_gains(self) -> bool:
+        """Whether the gains of its drums are parameters of it."""
+        return any(self.row(f"{c}.{GAIN}") in self.table for c in self.cables)
+
+    def readings(self, lengths: Array) -> Array:
+        """What the sensors show of lengths (k, m) less their zeros."""
+        return lengths / self.gain
+
     def _table_values(self, symbols: Sequence[str]) -> Array:
         """Numbers (m, k) of the table by symbol, not a number where a cable has none."""
         names = [[self.row(f"{c}.{s}") for s in symbols] for c in self.cables]
@@ -133,17 +146,19 @@ class CableRobot(Unjointed):
         *,
         pulleys: Pulleys | EllipsisType | None = ...,
         elasticity: ArrayLike | EllipsisType | None = ...,
+        gain: ArrayLike | EllipsisType | None = ...,
         **known: object,
     ) -> Self:
-        """The same robot with other pulleys, or with none, with cables that stretch otherwise, and other fields."""
+        """The same robot with other pulleys, or with none, with cables that stretch otherwise, other drums, and other fields."""
         wheels = self.pulleys if isinstance(pulleys, EllipsisType) else pulleys
         strain = self.elasticity if isinstance(elasticity, EllipsisType) else elasticity
-        gone = () if isinstance(pulleys, EllipsisType) else WHEEL
-        gone = gone if isinstance(elasticity, EllipsisType) else (*gone, STRETCH)
+        given = ((pulleys, WHEEL), (elasticity, (STRETCH,)), (gain, (GAIN,)))
+        gone = [s for value, symbols in given if not isinstance(value, EllipsisType) for s in symbols]
+        drums = None if isinstance(gain, EllipsisType) else gain
         left = {k: v for k, v in self.shared.items() if k.rpartition(".")[2] not in gone}
         kept = [p for p in self.table.rows if p.name.rpartition(".")[2] not in gone]
         names = {p.name for p in kept}
-        more = [p for p in _material(self.cables, wheels, strain, left) if p.name not in names]
+        more = [p for p in material_rows(self.cables, wheels, strain, drums, left) if p.name not in names]
         return replace(self, table=ParameterTable((*kept, *more), self.table.together), shared=left, **known)  # type: ignore[arg-type]
 
     @property
@@ -201,8 +216,8 @@ class CableRobot(Unjointed):
 
     @property
     def geometric(self) -> tuple[str, ...]:
-        """What its making leaves: anchors and radii. Where a length sensor counts from may be anything."""
-        return tuple(n for n in self.table.names if n.rpartition(".")[2] in (*SYMBOLS[:6], "radius"))
+        """What its making leaves: anchors, radii and gains of drums. Where a length sensor counts from may be anything."""
+        return tuple(n for n in self.table.names if n.rpartition(".")[2] in (*SYMBOLS[:6], "radius", GAIN))
 
     @property
     def anywhere(self) -> frozenset[str]:
@@ -267,6 +282,7 @@ def cable_robot(
     shared: Mapping[str, str] | None = None,
     pulleys: Pulleys | None = None,
     elasticity: ArrayLike | None = None,
+    gain: ArrayLike | None = None,
     **known: object,
 ) -> CableRobot:
     """A robot from anchors (m, 3) and (m, 3); `free` lists the symbols that are to be identified, `shared` the numbers that are another
@@ -287,31 +303,9 @@ def cable_robot(
         for s, v in zip(SYMBOLS, numbers, strict=True)
         if f"{cable}.{s}" not in whose
     ]
-    material = _material(cables, pulleys, elasticity, whose)
+    material = material_rows(cables, pulleys, elasticity, gain, whose)
     rows += [replace(p, free=p.name.rpartition(".")[2] in free) for p in material]
     return CableRobot(name, cables, ParameterTable(tuple(rows)), shared=whose, **known)  # type: ignore[arg-type]
-
-
-def _material(
-    cables: Sequence[str], pulleys: Pulleys | None, elasticity: ArrayLike | None, shared: Mapping[str, str]
-) -> list[Parameter]:
-    """What is known of pulleys and of stretch, as parameters; a cable without a pulley has none."""
-    rows: dict[str, Parameter] = {}
-
-    def put(name: str, value: float, expected: float) -> None:
-        whose = shared.get(name, name)
-        rows.setdefault(whose, Parameter(whose, value, UNITS.get(name.rpartition(".")[2], "1"), expected=expected))
-
-    m, wheels = len(cables), np.zeros((len(cables), 4))
-    if pulleys is not None:
-        wheels[:, 0], wheels[:, 1:] = pulleys.radius, pulleys.axis
-    strains = None if elasticity is None else np.broadcast_to(np.asarray(elasticity, float), m).tolist()
-    for i, (cable, wheel) in enumerate(zip(cables, wheels.tolist(), strict=True)):
-        for symbol, value, expected in zip(WHEEL, wheel if wheel[0] != 0 else (), WHEEL_EXPECTED, strict=False):
-            put(f"{cable}.{symbol}", value, expected)
-        if strains is not None:
-            put(f"{cable}.{STRETCH}", strains[i], max(SOFTER * strains[i], 1e-7))
-    return list(rows.values())
 
 
 def lengths(pose: Array, cable: Array, pulley: Pulleys | None = None) -> tuple[Array, Array, Array]:

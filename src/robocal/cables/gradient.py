@@ -9,22 +9,22 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robocal._types import Array
-from robocal.cables.geometry import SYMBOLS, WHEEL, CableRobot, lengths
+from robocal.cables.geometry import GAIN, SYMBOLS, WHEEL, CableRobot, lengths
 from robocal.cables.pulley import by_wheel
 
 __all__ = ["by_parameters", "pose_covariance"]
 
 
 def by_parameters(robot: CableRobot, poses: ArrayLike, names: Sequence[str]) -> tuple[Array, Array]:
-    """Gradients of the lengths without stretch at poses (k, 4, 4): L (k, m, 6) by the twist (v, w), and (k, m, n) by the parameters
-    `names`, of anchors, zeros and pulleys."""
+    """Gradients of the lengths without stretch less what their drums wound up, at poses (k, 4, 4): L (k, m, 6) by the twist (v, w), and
+    (k, m, n) by the parameters `names`, of anchors, zeros, pulleys and drums."""
     t = np.asarray(poses, float)
     at = {n: i for i, n in enumerate(names)}
     by_pose, out = np.empty((len(t), len(robot.cables), 6)), np.zeros((len(t), len(robot.cables), len(names)))
     for i, cable in enumerate(robot.cables):
-        _, one, own = lengths(t[None], robot.numbers[i][None], robot.pulley(i))
+        full, one, own = lengths(t[None], robot.numbers[i][None], robot.pulley(i))
         by_pose[:, i] = one[0]
-        columns = list(zip(SYMBOLS, own[0].T, strict=True))
+        columns = [*zip(SYMBOLS, own[0].T, strict=True), (GAIN, -full[0] / robot.gain[i])]
         wheel = robot.pulley(i)
         if wheel is not None and wheel.radius != 0.0:
             a, b = robot.numbers[i, :3], robot.numbers[i, 3:6]
@@ -43,7 +43,7 @@ def pose_covariance(
     more: Mapping[str, Array] | None = None,
 ) -> Array:
     """Covariance (k, d, d) of the twist (v, w) of poses (k, 4, 4), in the components that the robot has, that a covariance (n, n) of
-    its anchors, zeros and pulleys `names` leaves where lengths are exact. Not a number where a pose is none. `more` are the slopes
+    its anchors, zeros, pulleys and drums `names` leaves where lengths are exact. Not a number where a pose is none. `more` are the slopes
     (k, m) of the lengths by other names."""
     t = np.asarray(pose, float)
     by_pose, by_number = by_parameters(robot, t, names)

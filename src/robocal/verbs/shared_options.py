@@ -20,6 +20,7 @@ __all__ = [
     "Frame",
     "History",
     "Kind",
+    "KindToFillIn",
     "MomentLength",
     "Noise",
     "OutputFile",
@@ -57,6 +58,14 @@ History = Annotated[
 # What `measure.kinds` knows and a rig shows; a test holds them equal, for help imports neither.
 KINDS = "position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, sphere, pixels"
 Kind = Annotated[str, Option(f"What is measured: {KINDS}", "KIND")]
+KindToFillIn = Annotated[
+    str | None,
+    Option(
+        f"What is measured: {KINDS}, joint_torque; of a cable robot lengths, pose, position",
+        "KIND",
+        otherwise="position; of a cable robot lengths and pose",
+    ),
+]
 Noise = Annotated[
     float | None, Option("Standard deviation per axis", "SIGMA", unit="length", least=0, otherwise="0.05 mm, converted")
 ]

@@ -15,7 +15,7 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array
-from robocal.cables.geometry import COMMON, PLATFORM, STRETCH, SYMBOLS, WHEEL, CableRobot, cable_robot
+from robocal.cables.geometry import COMMON, GAIN, PLATFORM, STRETCH, SYMBOLS, WHEEL, CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys
 from robocal.errors import FileError, ModelError, one_of
 from robocal.files.cable.cable_model import (
@@ -41,7 +41,11 @@ __all__ = ["parse_cable", "read_cable"]
 
 Place = tuple[Path_, Unit]
 EYELET = (0.0, np.array([0.0, 0.0, 1.0]))  # a pulley of no radius
-PARAMETERS = {"pulley": WHEEL, "elasticity": (STRETCH,)}  # keys of a cable, and the parameters that they are
+PARAMETERS = {
+    "pulley": WHEEL,
+    "elasticity": (STRETCH,),
+    GAIN: (GAIN,),
+}  # keys of a cable, and the parameters that they are
 
 
 @record
@@ -210,7 +214,7 @@ def _match(robot: CableRobot, word: str, at: Path_, values: CableValues) -> tupl
     try:
         return robot.table.match([word])
     except ModelError as error:
-        expected = f"a parameter, a cable or one of {', '.join((*SYMBOLS, *WHEEL, STRETCH))}"
+        expected = f"a parameter, a cable or one of {', '.join((*SYMBOLS, *WHEEL, STRETCH, GAIN))}"
         values.document.fail(error.message, at, found=word, expected=expected, suggestion=error.suggestion)
 
 
@@ -296,9 +300,12 @@ def _places(model: CableRobotModel, rows: list[CableRow], values: CableValues) -
             note(f"{row.name}.{letter}", end.raw, end.at, axes="xyz")
         if "cables" in values.document.data:
             out[f"{row.name}.l0"] = values.place(row.own.zero, (*row.at, "zero"), "m")
+            out[f"{row.name}.{GAIN}"] = values.place(row.own.gain, (*row.at, GAIN), "1")
     of_cables = ((row.name, row.own, row.at) for row in rows)
     for whose, said, where in (*of_cables, (COMMON, model.every_cable, ("every_cable",))):
         note(f"{whose}.{STRETCH}", said.elasticity, (*where, "elasticity"), "1/N")
+        note(f"{whose}.{GAIN}", said.gain, (*where, GAIN), "1")
+        note(f"{whose}.density", said.density, (*where, "density"), "N/m")
         if said.pulley is not None:
             note(f"{whose}.radius", said.pulley.radius, (*where, "pulley", "radius"))
             note(f"{whose}.n", said.pulley.axis, (*where, "pulley", "axis"), "1", "xyz")

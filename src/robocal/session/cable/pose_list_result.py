@@ -12,7 +12,7 @@ import numpy as np
 from robocal._record import record, replace
 from robocal._types import Array
 from robocal.cables.boundary import statics_along
-from robocal.cables.geometry import EXPECTED
+from robocal.cables.geometry import EXPECTED, CableRobot
 from robocal.cables.list_start import Clearance, Start
 from robocal.cables.pose_list import (
     LIMITS,
@@ -26,8 +26,8 @@ from robocal.cables.pose_list import (
 from robocal.cables.tension import check_method
 from robocal.cables.workspace import Demand
 from robocal.errors import ModelError
-from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.cablefile import CableFile
+from robocal.files.cable.data_templates import data_templates
 from robocal.files.cable.pose_lists import pose_listing, program_listing
 from robocal.files.display import in_units, listing_text
 from robocal.files.parts import CableDocument
@@ -38,6 +38,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.report.sections import figure
 from robocal.session.cable.cable_result import CableResult
+from robocal.session.cable.calibrated import open_robot
 from robocal.session.cable.start import box_of, clearance_of, examine_start
 from robocal.session.cable.statics_options import mass_of, name_option, robot_inputs, robot_with_limits
 from robocal.session.watching import Watch, computable
@@ -59,7 +60,7 @@ def make_list(o: Any, tell: Watch, command: str = "") -> Listed:
     if o.wanted is None:
         only = ("sigma", "pose_noise", "encoders_only", "criterion")
         o.refuse(only, "this is for a choice, and nothing is chosen", "--choose N beside it")
-    file = read_cable(o.robot)
+    file = open_robot(o.robot)
     si = o.si(file.units)
     able = replace(robot_with_limits(file, si.limits), mass=mass_of(file, si.payload, si.mass))
     clearance, warnings = clearance_of(file, able, si.diameter, o.body, si.relief)
@@ -82,14 +83,33 @@ def make_list(o: Any, tell: Watch, command: str = "") -> Listed:
         if o.wanted is not None:
             rng = np.random.default_rng([o.seed, 1])
             with name_option({"criterion": "--criterion", "count": "--choose"}):
-                choice = choose(able, listing.poses, o.wanted, noise=noise, criterion=o.criterion, rng=rng, watch=tell)
+                choice = choose(
+                    _with_zeros_free(able),
+                    listing.poses,
+                    o.wanted,
+                    noise=noise,
+                    criterion=o.criterion,
+                    rng=rng,
+                    watch=tell,
+                )
     if o.output is not None:
         tell({"stage": "report"})
     return Listed(
         file=file.with_machine(able), names=tuple(f"p{i + 1:0{len(str(o.count))}d}" for i in range(o.count)), start=begin, box=z,
         clearance=clearance, listing=listing, program=made, method=o.method, margin=o.margin, seed=o.seed, choice=choice,
+        noise_stated=o.sigma is not None,
         warnings=(*file.warnings, *warnings, *_doubts(listing, noise, o, file)), inputs=robot_inputs(file, o.robot), command=command,
     )  # fmt: skip
+
+
+def _with_zeros_free(robot: CableRobot) -> CableRobot:
+    """The robot as it will be identified: where its file frees none of its zeros, the data files to fill in have zeros of their own."""
+    table, zeros = robot.table, [f"{c}.l0" for c in robot.cables]
+    return (
+        robot.with_table(table.with_free({*table.free, *zeros}))
+        if table.free and not {*zeros} & {*table.free}
+        else robot
+    )
 
 
 def _noise(file: CableFile, sigma: float | None, pose: Array | None, alone: bool) -> MeasurementNoise:
@@ -213,6 +233,7 @@ class Listed(CableResult):
     margin: float
     seed: int
     choice: PoseChoice | None
+    noise_stated: bool
 
     title: ClassVar[str] = "poses that can be reached"
 
@@ -280,7 +301,7 @@ class Listed(CableResult):
         )  # fmt: skip
 
     def texts(self) -> Mapping[str, str | bytes]:
-        """The list, the program (of the chosen poses where some were chosen), and the document."""
+        """The list, the program and the document; where poses were chosen, these, their program, and data files to fill in."""
         units, choice = self.file.units, self.choice
         order = np.arange(len(self.names)) if choice is None else choice.chosen
         out: dict[str, str | bytes] = {
@@ -290,4 +311,14 @@ class Listed(CableResult):
         }
         if choice is not None:
             out["chosen.csv"] = listing_text(self.pose_rows.without("rank").take(order.tolist()), units)
+            noise, ids = choice.noise, [self.names[i] for i in order]
+            read = (noise.position or None, noise.orientation or None)
+            out |= data_templates(
+                self.robot,
+                units,
+                ids,
+                sigma=noise.length if self.noise_stated else None,
+                noise=read,
+                kind=None if noise.measured else "lengths",
+            )
         return out

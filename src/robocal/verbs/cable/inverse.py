@@ -50,7 +50,6 @@ class Options(BaseOptions):
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Array]:
     """Lengths in m, and the list as a CSV in the robot file's units. Raises InputError."""
     from robocal.cables.cable_lengths import inverse
-    from robocal.files.cable.cable_robot import read_cable
     from robocal.files.cable.pose_lists import length_columns, read_platform_poses, tension_columns
     from robocal.files.display import in_units, listing_text
     from robocal.files.runfolder import find_run
@@ -58,11 +57,12 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ar
     from robocal.files.writing import refuse_existing
     from robocal.remarks.code import Code
     from robocal.remarks.remark import Remark
+    from robocal.session.cable.calibrated import open_robot
     from robocal.session.cable.statics_options import cable_document, name_row, robot_inputs, tensions_of
     from robocal.session.cable.winch_run import with_tensions
 
     refuse_existing(o.output, (), o.force)
-    file = read_cable(o.robot)
+    file = open_robot(o.robot)
     rows, told = with_tensions(read_platform_poses(o.poses, file.robot), file.robot, find_run(o.robot), o.poses)
     pull, said = tensions_of(rows, o.si(file.units).tension, file, o.sag)
     with name_row(o.poses, rows):
