@@ -133,8 +133,17 @@ def _check(robot: CableRobot, y: Array, axes: list[int]) -> None:
 def _box(robot: CableRobot, y: Array) -> tuple[Array, Array]:
     """Corners (k, 3) of where the platform can be at all: no further from a frame anchor than its cable is long and the
     platform anchor is out."""
-    reach = (REACH * np.abs(y + robot.zeros) + np.linalg.norm(robot.b, axis=1))[..., None]
-    return (robot.a - reach).max(axis=1), (robot.a + reach).min(axis=1)
+    ways, frame = robot.segments, robot.frame_points
+    less = np.bincount(ways.cable, ways.times < 0) > 0  # a difference says nothing of its parts
+    some = ~ways.still & ~less[ways.cable]
+    full = np.abs(y + robot.zeros)[:, ways.cable[some]] / ways.times[some]
+    reach = (REACH * full + np.linalg.norm(robot.ends[some, 3:6], axis=1))[..., None]
+    a, away = robot.ends[some, :3], np.ptp(frame, axis=0)
+    low = (a - reach).max(axis=1, initial=-np.inf)
+    high = (a + reach).min(axis=1, initial=np.inf)
+    return np.where(np.isfinite(low), low, frame.min(axis=0) - away), np.where(
+        np.isfinite(high), high, frame.max(axis=0) + away
+    )
 
 
 def _hanging(robot: CableRobot, y: Array) -> Array:
@@ -143,7 +152,7 @@ def _hanging(robot: CableRobot, y: Array) -> Array:
     out = np.broadcast_to(robot.home, (len(y), 4, 4)).copy()
     if 2 in robot.axes:
         low, high = _box(robot, y)
-        out[:, 2, 3] -= np.maximum(0.25 * (high - low)[:, 2] - np.ptp(robot.a[:, 2]) / 2, 0.0)
+        out[:, 2, 3] -= np.maximum(0.25 * (high - low)[:, 2] - np.ptp(robot.frame_points[:, 2]) / 2, 0.0)
     return out
 
 

@@ -4,6 +4,7 @@
 
 Cable i runs from frame anchor a_i (base coordinates) to platform anchor b_i (platform coordinates); l0_i is the zero
 of its length sensor. With a pulley the cable enters at a_i, wraps and leaves towards the platform (`cables/pulley.py`).
+A cable may be a sum of such segments (`cables/reeving.py`), and its anchor may be on a rail (`cables/rail.py`).
 The base's z points up. Twists are (v, w) in base axes about the platform's origin.
 """
 
@@ -19,38 +20,31 @@ from numpy.typing import ArrayLike
 
 from robocal._record import field, record, replace
 from robocal._types import Array
+from robocal.cables.cable_parameters import (
+    COMMON,
+    EXPECTED,
+    PLATFORM,
+    STRETCH,
+    SYMBOLS,
+    WHEEL,
+    anchor_parameters,
+    material_parameters,
+)  # fmt: skip
 from robocal.cables.pulley import Pulleys, run
+from robocal.cables.rail import RAIL, offset
+from robocal.cables.reeving import Reeving
+from robocal.cables.segment_ends import motions, points_of, segment_lines
 from robocal.errors import require
 from robocal.geometry import se3
 from robocal.geometry.path.unjointed import Unjointed
-from robocal.parameters import Parameter, ParameterTable
+from robocal.parameters import ParameterTable
 
 __all__ = [
-    "COMMON",
-    "DEGREES",
-    "EXPECTED",
-    "STRETCH",
-    "SYMBOLS",
-    "WHEEL",
-    "CableRobot",
-    "cable_robot",
-    "cable_table",
-    "home",
-    "lengths",
-    "straight",
-]
+    "COMMON", "DEGREES", "EXPECTED", "PLATFORM", "RAIL", "STRETCH", "SYMBOLS", "WHEEL", "CableRobot", "cable_robot", "cable_table", "home",
+    "lengths", "straight",
+]  # fmt: skip
 
-SYMBOLS = ("ax", "ay", "az", "bx", "by", "bz", "l0")
-WHEEL = ("radius", "nx", "ny", "nz")
-STRETCH = "elasticity"
-PLATFORM = "platform"  # whose mass and centre of mass are, where load cells tell them
-COMMON = "cables"  # whose a number is that all cables have together
-UNITS = {"radius": "m", STRETCH: "1/N"}
-WHEEL_EXPECTED = (0.005, 0.05, 0.05, 0.05)  # m, and what an axis is off that somebody set by eye
-SOFTER = 0.5  # of itself: what a catalogue knows of a rope's elasticity
 SPATIAL = (0, 1, 2, 3, 4, 5)
-# What a tape measure or radio beacons leave, by the thesis; four poses and more improve it a hundredfold.
-EXPECTED = 0.1  # tolerance: m
 
 # What a robot can do, by plane (`plane` is that of a planar robot): the components of the twist (v, w) that it has.
 DEGREES: Mapping[str, Mapping[str, tuple[int, ...]]] = {
@@ -72,7 +66,9 @@ class CableRobot(Unjointed):
     length in N/m; diameter (m,) in m. None: not known. `degrees` is a key of DEGREES; a planar robot moves in `plane` of the
     base (xz and yz stand upright). `sources` says where values come from, `assumed` names those that were chosen:
     c1.a, c1.b, c1.zero, c1.tension, c1.pulley, ..., mass, com, inertia; the source of them all is under "". Cables that share an
-    anchor share its parameters: `shared` says whose they are ("c2.ax": "c1.ax"), and the table has them once.
+    anchor share its parameters: `shared` says whose they are ("c2.ax": "c1.ax"), and the table has them once. `reeving` says along which
+    segments cables run, whose ends are then what the table has (None: each along its own). A rail (`c1.carriage`, `c1.rail`, `c1.rx` ...)
+    carries a frame anchor from where the table has it.
     """
 
     # None: anchors are coordinates, and their scale is that of the winches that are read.
@@ -87,6 +83,7 @@ class CableRobot(Unjointed):
     limits: Array | None = None
     density: Array | None = None
     diameter: Array | None = None
+    reeving: Reeving | None = None
     degrees: str = "3R3T"
     plane: str = "xz"
     shared: Mapping[str, str] = field(default_factory=dict)
@@ -94,9 +91,31 @@ class CableRobot(Unjointed):
     assumed: tuple[str, ...] = ()
 
     @cached_property
+    def segments(self) -> Reeving:
+        """What its cables run along."""
+        return Reeving.plain(self.cables) if self.reeving is None else self.reeving
+
+    @cached_property
+    def ends(self) -> Array:
+        """Both ends of every segment and the zero of its cable, (p, 7) in the order of SYMBOLS, 0 for what a cable runs along besides;
+        on a rail the anchor is where the carriage stands."""
+        names, m = self.segments.names, len(self.cables)
+        out = np.zeros((len(names), len(SYMBOLS)))
+        out[:, :6] = self._table_values(SYMBOLS[:6], names)
+        out[:m, 6:] = self._table_values(SYMBOLS[6:], self.cables)
+        if self.rails is not None:
+            out[:, :3] += offset(self.rails)
+        return out
+
+    @property
     def numbers(self) -> Array:
-        """The seven numbers of every cable in the order of SYMBOLS, (m, 7)."""
-        return np.array([[self.table[self.row(f"{c}.{s}")].value for s in SYMBOLS] for c in self.cables])
+        """The seven numbers of every cable in the order of SYMBOLS, (m, 7). Raises ModelError where a cable runs along several segments."""
+        self.need_straight()
+        return self.ends
+
+    def need_straight(self) -> None:
+        """Raises ModelError naming a cable that is not straight from a frame anchor to a platform anchor."""
+        self.segments.need_straight(self.cables)
 
     @property
     def parts(self) -> Mapping[str, tuple[str, ...]]:
@@ -107,10 +126,17 @@ class CableRobot(Unjointed):
         """The parameter that stands for a name: its own, or that of the cable whose anchor it shares."""
         return self.shared.get(name, name)
 
-    @cached_property
+    @property
     def pulleys(self) -> Pulleys | None:
-        """The pulleys, radii (m,) and axes (m, 3) of length 1; radius 0 where a cable has none. None: no cable has one."""
-        found = self._table_values(WHEEL)
+        """The pulleys, radii (m,) and axes (m, 3) of length 1; radius 0 where a cable has none. None: no cable has one. Raises as
+        `numbers` does."""
+        self.need_straight()
+        return self.wheels
+
+    @cached_property
+    def wheels(self) -> Pulleys | None:
+        """As `pulleys`, of every segment (p,)."""
+        found = self._table_values(WHEEL, self.segments.names)
         bare = np.isnan(found[:, 0])
         if bare.all():
             return None
@@ -118,14 +144,20 @@ class CableRobot(Unjointed):
         return Pulleys(found[:, 0], found[:, 1:] / np.linalg.norm(found[:, 1:], axis=1, keepdims=True))
 
     @cached_property
+    def rails(self) -> Array | None:
+        """The rails on which frame anchors stand, (p, 5) in the order of RAIL, zero where there is none. None: no anchor is on one."""
+        found = self._table_values(RAIL, self.segments.names)
+        return None if np.isnan(found[:, 0]).all() else np.nan_to_num(found)
+
+    @cached_property
     def elasticity(self) -> Array | None:
         """Strain per tension (m,) in 1/N. None: not known."""
-        found = self._table_values((STRETCH,))[:, 0]
+        found = self._table_values((STRETCH,), self.cables)[:, 0]
         return None if np.isnan(found).any() else found
 
-    def _table_values(self, symbols: Sequence[str]) -> Array:
-        """Numbers (m, k) of the table by symbol, not a number where a cable has none."""
-        names = [[self.row(f"{c}.{s}") for s in symbols] for c in self.cables]
+    def _table_values(self, symbols: Sequence[str], whose: Sequence[str]) -> Array:
+        """Numbers (p, k) of the table by symbol, not a number where a cable or segment has none."""
+        names = [[self.row(f"{c}.{s}") for s in symbols] for c in whose]
         return np.array([[self.table[n].value if n in self.table else np.nan for n in own] for own in names])
 
     def having(
@@ -136,14 +168,12 @@ class CableRobot(Unjointed):
         **known: object,
     ) -> Self:
         """The same robot with other pulleys, or with none, with cables that stretch otherwise, and other fields."""
-        wheels = self.pulleys if isinstance(pulleys, EllipsisType) else pulleys
-        strain = self.elasticity if isinstance(elasticity, EllipsisType) else elasticity
         gone = () if isinstance(pulleys, EllipsisType) else WHEEL
         gone = gone if isinstance(elasticity, EllipsisType) else (*gone, STRETCH)
         left = {k: v for k, v in self.shared.items() if k.rpartition(".")[2] not in gone}
         kept = [p for p in self.table.rows if p.name.rpartition(".")[2] not in gone]
-        names = {p.name for p in kept}
-        more = [p for p in _material(self.cables, wheels, strain, left) if p.name not in names]
+        wheels, strain = (None if isinstance(v, EllipsisType) else v for v in (pulleys, elasticity))
+        more = material_parameters(self.segments.names, self.cables, left, pulleys=wheels, elasticity=strain)
         return replace(self, table=ParameterTable((*kept, *more), self.table.together), shared=left, **known)  # type: ignore[arg-type]
 
     @property
@@ -153,13 +183,17 @@ class CableRobot(Unjointed):
 
     @property
     def frame_points(self) -> Array:
-        """Its frame anchors: between them the platform moves."""
-        return self.a
+        """Where segments end on the frame, its anchors: between them the platform moves."""
+        return points_of(self.segments, self.ends, platform=False)
+
+    @property
+    def platform_points(self) -> Array:
+        """Where segments end on the platform, in its coordinates."""
+        return points_of(self.segments, self.ends, platform=True)
 
     def lines(self, joints: Array | None, poses: Array, extra: object = None, /) -> Mapping[str, Array]:
-        """Each cable from its platform anchor to its frame anchor."""
-        ends = poses[:, None, :3, 3] + self.b @ poses[:, :3, :3].swapaxes(1, 2)
-        return {c: np.stack([ends[:, i], 0 * ends[:, i] + self.a[i]], axis=1) for i, c in enumerate(self.cables)}
+        """Each segment from its end on the platform to that on the frame."""
+        return segment_lines(self.segments, self.ends, poses)
 
     @property
     def b(self) -> Array:
@@ -169,7 +203,7 @@ class CableRobot(Unjointed):
     @property
     def zeros(self) -> Array:
         """Zeros of the length sensors, (m,)."""
-        return np.asarray(self.numbers[:, 6])
+        return np.asarray(self.ends[: len(self.cables), 6])
 
     def pulley(self, cable: int) -> Pulleys | None:
         """The pulley of one cable by its number, radius () and axis (3,)."""
@@ -208,8 +242,9 @@ class CableRobot(Unjointed):
     def anywhere(self) -> frozenset[str]:
         """What nobody has said: an anchor or a zero that is nought in all its numbers, or that somebody assumed."""
         out = set()
-        for cable, numbers in zip(self.cables, self.numbers, strict=True):
-            for what, some in (("a", slice(0, 3)), ("b", slice(3, 6)), ("zero", slice(6, 7))):
+        m = len(self.cables)
+        for i, (cable, numbers) in enumerate(zip(self.segments.names, self.ends, strict=True)):
+            for what, some in (("a", slice(0, 3)), ("b", slice(3, 6)), ("zero", slice(6, 7)))[: 3 if i < m else 2]:
                 if f"{cable}.{what}" in self.assumed or not numbers[some].any():
                     out |= {self.row(f"{cable}.{s}") for s in SYMBOLS[some]}
         return frozenset(out)
@@ -218,21 +253,7 @@ class CableRobot(Unjointed):
     def motions(self) -> Mapping[str, Mapping[str, float]]:
         """Small motions of the base, of the platform's coordinates, and of both together where the robot lacks a direction: rates of
         its anchors. Which of them lengths cannot tell is for the data to say."""
-        out: dict[str, Mapping[str, float]] = {}
-        of_base, of_platform = self._rates("a", self.a), self._rates("b", self.b)
-        of_both = [{**p, **b} for b, p in zip(of_base, of_platform, strict=True)]
-        for whose, rates in (("the base", of_base), ("the platform", of_platform), ("base and platform", of_both)):
-            for i, rate in enumerate(rates):
-                # A motion of both that the robot can follow is a motion of each.
-                if rate and not (rates is of_both and i in self.axes):
-                    out[f"{whose} {'along' if i < 3 else 'about'} {'xyz'[i % 3]}"] = rate
-        return out
-
-    def _rates(self, symbol: str, points: Array) -> list[dict[str, float]]:
-        """What the six small motions of one end's coordinates do to its anchors (m, 3)."""
-        names = [self.row(f"{c}.{symbol}{s}") for c in self.cables for s in "xyz"]
-        motions = [*np.eye(3)[:, None] + np.zeros_like(points), *(np.cross(e, points) for e in np.eye(3))]
-        return [{n: float(v) for n, v in zip(names, m.ravel(), strict=True) if v != 0.0} for m in motions]
+        return motions(self.segments, self.ends, self.rails, self.axes, self.row)
 
     @property
     def freedom(self) -> tuple[int, ...]:
@@ -242,7 +263,7 @@ class CableRobot(Unjointed):
     @property
     def home(self) -> Array:
         """X_0, (4, 4): where a pose is looked for when nothing is known."""
-        return home(self.a)
+        return home(self.frame_points)
 
     def need(self, what: str) -> Array:
         """A property that may be unknown, as an array. Raises ModelError naming it when it is."""
@@ -266,11 +287,14 @@ def cable_robot(
     names: Sequence[str] | None = None,
     shared: Mapping[str, str] | None = None,
     pulleys: Pulleys | None = None,
+    rails: ArrayLike | None = None,
     elasticity: ArrayLike | None = None,
+    reeving: Reeving | None = None,
     **known: object,
 ) -> CableRobot:
     """A robot from anchors (m, 3) and (m, 3); `free` lists the symbols that are to be identified, `shared` the numbers that are another
-    cable's or of all, `known` the other fields of CableRobot.
+    cable's or of all, `known` the other fields of CableRobot. Of a `reeving` with p segments anchors, pulleys and rails (p, 5) are those of
+    segments.
 
     Raises ModelError when there are not as many of one as of the other.
     """
@@ -279,39 +303,15 @@ def cable_robot(
         a.shape == b.shape and a.ndim == 2 and a.shape[1] == 3, "every cable needs one frame anchor and one platform anchor",
         found=f"{len(a)} frame anchors, {len(b)} platform anchors", expected="as many of one as of the other, three coordinates each",
     )  # fmt: skip
-    l0 = np.zeros(len(a)) if zeros is None else np.asarray(zeros, float)
-    cables = tuple(f"c{i}" for i in range(1, len(a) + 1)) if names is None else tuple(names)
-    rows = [
-        Parameter(f"{cable}.{s}", float(v), "m", s in free, expected=EXPECTED)
-        for cable, numbers in zip(cables, np.column_stack([a, b, l0]), strict=True)
-        for s, v in zip(SYMBOLS, numbers, strict=True)
-        if f"{cable}.{s}" not in whose
-    ]
-    material = _material(cables, pulleys, elasticity, whose)
+    many = len(a) if reeving is None else int(reeving.cable.max()) + 1
+    l0 = np.zeros(many) if zeros is None else np.asarray(zeros, float)
+    cables = tuple(f"c{i}" for i in range(1, many + 1)) if names is None else tuple(names)
+    segments = cables if reeving is None else reeving.names
+    slides = None if rails is None else np.asarray(rails, float)
+    rows = anchor_parameters(segments, np.hstack([a, b]), l0, free, whose)
+    material = material_parameters(segments, cables, whose, pulleys=pulleys, rails=slides, elasticity=elasticity)
     rows += [replace(p, free=p.name.rpartition(".")[2] in free) for p in material]
-    return CableRobot(name, cables, ParameterTable(tuple(rows)), shared=whose, **known)  # type: ignore[arg-type]
-
-
-def _material(
-    cables: Sequence[str], pulleys: Pulleys | None, elasticity: ArrayLike | None, shared: Mapping[str, str]
-) -> list[Parameter]:
-    """What is known of pulleys and of stretch, as parameters; a cable without a pulley has none."""
-    rows: dict[str, Parameter] = {}
-
-    def put(name: str, value: float, expected: float) -> None:
-        whose = shared.get(name, name)
-        rows.setdefault(whose, Parameter(whose, value, UNITS.get(name.rpartition(".")[2], "1"), expected=expected))
-
-    m, wheels = len(cables), np.zeros((len(cables), 4))
-    if pulleys is not None:
-        wheels[:, 0], wheels[:, 1:] = pulleys.radius, pulleys.axis
-    strains = None if elasticity is None else np.broadcast_to(np.asarray(elasticity, float), m).tolist()
-    for i, (cable, wheel) in enumerate(zip(cables, wheels.tolist(), strict=True)):
-        for symbol, value, expected in zip(WHEEL, wheel if wheel[0] != 0 else (), WHEEL_EXPECTED, strict=False):
-            put(f"{cable}.{symbol}", value, expected)
-        if strains is not None:
-            put(f"{cable}.{STRETCH}", strains[i], max(SOFTER * strains[i], 1e-7))
-    return list(rows.values())
+    return CableRobot(name, cables, ParameterTable(tuple(rows)), shared=whose, reeving=reeving, **known)  # type: ignore[arg-type]
 
 
 def lengths(pose: Array, cable: Array, pulley: Pulleys | None = None) -> tuple[Array, Array, Array]:
@@ -332,19 +332,26 @@ def lengths(pose: Array, cable: Array, pulley: Pulleys | None = None) -> tuple[A
 
 
 def straight(robot: CableRobot, pose: ArrayLike) -> tuple[Array, Array, Array]:
-    """Geometric lengths (k, m) from frame anchor to platform anchor, over pulleys where there are any, their gradient
-    L (k, m, 6) and the levers R b_i (k, m, 3).
+    """Geometric lengths (k, m) of cables, straight or over pulleys where there are any, their gradient L (k, m, 6), and the levers R b
+    (k, p, 3) of the segments that they run along, which are the cables where each is straight.
 
-    L = [u_i, R b_i x u_i] with u_i the direction in which cable i arrives at the platform (3.5 and 3.7 with Q b_i);
-    W = -L^T. pose (k, 4, 4). A cable without length has no direction: its row of L is zero.
+    L = [u_i, R b_i x u_i] with u_i the direction in which cable i arrives at the platform (3.5 and 3.7 with Q b_i), summed over
+    segments; W = -L^T. pose (k, 4, 4). A cable without length has no direction: its row of L is zero.
     """
-    t = np.asarray(pose, float).reshape(-1, 4, 4)
-    lever = robot.b @ t[:, :3, :3].swapaxes(-1, -2)
-    full, u = run(t[:, None, :3, 3] + lever - robot.a, robot.pulleys)
-    return full, np.concatenate([u, np.cross(lever, u)], axis=-1), lever
+    t, ends, segments = np.asarray(pose, float).reshape(-1, 4, 4), robot.ends, robot.segments
+    lever = ends[:, 3:6] @ t[:, :3, :3].swapaxes(-1, -2)
+    d = t[:, None, :3, 3] + lever - ends[:, :3]
+    still = segments.still
+    d[:, still] = (ends[:, 3:6] - ends[:, :3])[still]
+    full, u = run(d, robot.wheels)
+    u[:, still] = 0.0
+    gradient = np.concatenate([u, np.cross(lever, u)], axis=-1)
+    return (full, gradient, lever) if robot.reeving is None else (segments.sums(full), segments.sums(gradient), lever)
 
 
 def cable_table(robot: CableRobot) -> Array:
-    """The cables as kernels read them, (m, 11): a, b, l0, the radius of the pulley and its axis."""
-    wheel = robot.pulleys or Pulleys(np.zeros(len(robot.b)), np.tile([0.0, 0.0, 1.0], (len(robot.b), 1)))
-    return np.column_stack([robot.a, robot.b, robot.zeros, wheel.radius, wheel.axis])
+    """The segments as kernels read them, (p, 14), those of each cable's own before all others: a, b, l0, the radius of the pulley and its
+    axis; the number of the cable, how often it runs along the segment, and 1 where this is on one body."""
+    ways = robot.segments
+    wheel = robot.wheels or Pulleys(np.zeros(len(ways.names)), np.tile([0.0, 0.0, 1.0], (len(ways.names), 1)))
+    return np.column_stack([robot.ends, wheel.radius, wheel.axis, ways.cable, ways.times, ways.still])

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robocal._types import Array
-from robocal.cables.geometry import SYMBOLS, WHEEL, CableRobot, lengths
-from robocal.cables.pulley import by_wheel
+from robocal.cables.geometry import SYMBOLS, WHEEL, CableRobot, lengths, straight
+from robocal.cables.pulley import Pulleys, by_wheel
+from robocal.cables.rail import RAIL, by_rail
 
 __all__ = ["by_parameters", "pose_covariance"]
 
@@ -21,16 +22,20 @@ def by_parameters(robot: CableRobot, poses: ArrayLike, names: Sequence[str]) -> 
     t = np.asarray(poses, float)
     at = {n: i for i, n in enumerate(names)}
     by_pose, out = np.empty((len(t), len(robot.cables), 6)), np.zeros((len(t), len(robot.cables), len(names)))
-    for i, cable in enumerate(robot.cables):
-        _, one, own = lengths(t[None], robot.numbers[i][None], robot.pulley(i))
-        by_pose[:, i] = one[0]
-        columns = list(zip(SYMBOLS, own[0].T, strict=True))
-        wheel = robot.pulley(i)
+    ways, many = robot.segments, len(robot.cables)
+    by_pose[:] = straight(robot, t)[1]
+    for s, (segment, i, times) in enumerate(zip(ways.names, ways.cable, ways.times, strict=True)):
+        wheel = None if robot.wheels is None else Pulleys(robot.wheels.radius[s], robot.wheels.axis[s])
+        pose = np.broadcast_to(np.eye(4), t.shape) if ways.still[s] else t
+        own = lengths(pose[None], robot.ends[s][None], wheel)[2][0]
+        columns = list(zip(SYMBOLS, (own * np.repeat([times, float(s < many)], [6, 1])).T, strict=True))
         if wheel is not None and wheel.radius != 0.0:
-            a, b = robot.numbers[i, :3], robot.numbers[i, 3:6]
-            columns += zip(WHEEL, by_wheel(t[:, :3, 3] + t[:, :3, :3] @ b - a, wheel).T, strict=True)
+            a, b = robot.ends[s, :3], robot.ends[s, 3:6]
+            columns += zip(WHEEL, times * by_wheel(pose[:, :3, 3] + pose[:, :3, :3] @ b - a, wheel).T, strict=True)
+        if robot.rails is not None and robot.rails[s, 2:].any():
+            columns += zip(RAIL, times * by_rail(robot.rails[s], own[:, :3]).T, strict=True)
         for symbol, column in columns:
-            if (where := at.get(robot.row(f"{cable}.{symbol}"))) is not None:
+            if (where := at.get(robot.row(f"{segment}.{symbol}"))) is not None:
                 out[:, i, where] += column
     return by_pose, out
 
