@@ -113,9 +113,11 @@ class CableRobot(Unjointed):
         self.need_straight()
         return self.ends
 
-    def need_straight(self) -> None:
-        """Raises ModelError naming a cable that is not straight from a frame anchor to a platform anchor."""
-        self.segments.need_straight(self.cables)
+    def need_straight(self, *, fixed: bool = False) -> None:
+        """Raises ModelError naming a cable that is not straight from a frame anchor, that is `fixed`, to a platform anchor."""
+        self.segments.need_straight(
+            self.cables, None if self.rails is None or not fixed else self.rails[:, 2:].any(axis=1)
+        )
 
     @property
     def parts(self) -> Mapping[str, tuple[str, ...]]:
@@ -331,16 +333,20 @@ def lengths(pose: Array, cable: Array, pulley: Pulleys | None = None) -> tuple[A
     return full - l0, by_pose, by_cable
 
 
-def straight(robot: CableRobot, pose: ArrayLike) -> tuple[Array, Array, Array]:
+def straight(robot: CableRobot, pose: ArrayLike, carriage: Array | None = None) -> tuple[Array, Array, Array]:
     """Geometric lengths (k, m) of cables, straight or over pulleys where there are any, their gradient L (k, m, 6), and the levers R b
     (k, p, 3) of the segments that they run along, which are the cables where each is straight.
 
     L = [u_i, R b_i x u_i] with u_i the direction in which cable i arrives at the platform (3.5 and 3.7 with Q b_i), summed over
-    segments; W = -L^T. pose (k, 4, 4). A cable without length has no direction: its row of L is zero.
+    segments; W = -L^T. pose (k, 4, 4); carriage (k,) in m is what was read of all carriages, where it is a number. A cable without
+    length has no direction: its row of L is zero.
     """
     t, ends, segments = np.asarray(pose, float).reshape(-1, 4, 4), robot.ends, robot.segments
     lever = ends[:, 3:6] @ t[:, :3, :3].swapaxes(-1, -2)
     d = t[:, None, :3, 3] + lever - ends[:, :3]
+    if carriage is not None and robot.rails is not None:
+        read = np.where(np.isnan(carriage)[:, None], robot.rails[:, 0], carriage[:, None])
+        d -= offset(np.broadcast_to(robot.rails, (len(t), *robot.rails.shape)), read) - offset(robot.rails)
     still = segments.still
     d[:, still] = (ends[:, 3:6] - ends[:, :3])[still]
     full, u = run(d, robot.wheels)

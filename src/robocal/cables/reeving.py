@@ -25,33 +25,34 @@ __all__ = ["Reeving"]
 class Reeving:
     """The segments of m cables, at first the first one of each cable, then what some cables have besides.
 
-    `names` (p,) are those under which the numbers of a segment stand (`c1`, and `c1.2` for what c1 has besides); cable (p,) the
-    number of its cable, times (p,) how often that runs along it, moves (p, 2) which of its ends move with the platform. Two cables
-    along one segment have one each, with numbers that they share.
+    `names` (p,) are those under which the numbers of a segment stand (`c1`, and `c1.2` for what c1 has besides), `words` (p,) what a person
+    calls it; cable (p,) is the number of its cable, times (p,) how often that runs along it, moves (p, 2) which of its ends move with
+    the platform. Two cables along one segment have one each, with numbers that they share.
     """
 
     names: tuple[str, ...]
     cable: Ints
     times: Array
     moves: Bools
+    words: tuple[str, ...]
 
     @classmethod
     def plain(cls, cables: Sequence[str]) -> Self:
         """Every cable straight, along one segment."""
         m = len(cables)
-        return cls(tuple(cables), np.arange(m), np.ones(m), np.tile([False, True], (m, 1)))
+        return cls(tuple(cables), np.arange(m), np.ones(m), np.tile([False, True], (m, 1)), tuple(cables))
 
     @classmethod
-    def of(cls, cables: Sequence[str], runs: Sequence[Sequence[tuple[int, tuple[bool, bool]]]]) -> Self:
-        """Of what each cable runs along: how often, and which of its ends move with the platform."""
+    def of(cls, cables: Sequence[str], runs: Sequence[Sequence[tuple[int, tuple[bool, bool], str]]]) -> Self:
+        """Of what each cable runs along: how often, which of its ends move with the platform, and what it is called."""
         first = [(cable, i, *run[0]) for i, (cable, run) in enumerate(zip(cables, runs, strict=True))]
         more = [
             (f"{cable}.{j}", i, *one)
             for i, (cable, run) in enumerate(zip(cables, runs, strict=True))
             for j, one in enumerate(run[1:], start=2)
         ]
-        names, cable, times, moves = zip(*first, *more, strict=True)
-        return cls(names, np.array(cable), np.array(times, dtype=float), np.array(moves, dtype=bool))
+        names, cable, times, moves, words = zip(*first, *more, strict=True)
+        return cls(names, np.array(cable), np.array(times, dtype=float), np.array(moves, dtype=bool), words)
 
     @property
     def still(self) -> Bools:
@@ -82,17 +83,23 @@ class Reeving:
             out[:, self.cable[s]] += scaled[:, s]
         return out
 
-    def words(self, cable: int) -> str:
-        """What a cable runs along: c1 + 2 c1.2."""
-        own = [(n, int(t)) for n, c, t in zip(self.names, self.cable, self.times, strict=True) if c == cable]
+    def sum_of(self, cable: int) -> str:
+        """What a cable runs along: m + 2 k."""
+        own = [(n, int(t)) for n, c, t in zip(self.words, self.cable, self.times, strict=True) if c == cable]
         return " + ".join(n if t == 1 else f"{t} {n}" for n, t in own)
 
-    def need_straight(self, cables: Sequence[str]) -> None:
-        """Raises ModelError naming the cable that is most of a sum, where any is one."""
-        if self.is_plain:
+    def need_straight(self, cables: Sequence[str], railed: Bools | None = None) -> None:
+        """Raises ModelError naming the cable that is most of a sum, where any is one, or one whose anchor is on a rail, railed (p,)."""
+        if self.is_plain and railed is None:
             return
+        if self.is_plain:
+            assert railed is not None
+            key, expected = cables[int(np.argmax(railed))], "what docs/cables/kinds.md lists for such cables"
+            raise ModelError(
+                "a frame anchor is on a rail; this is for anchors that stay where they are", key=key, expected=expected
+            )
         i = int(np.argmax(np.bincount(self.cable, np.abs(self.times) + self.still)))
         raise ModelError(
             "a cable is a sum of segments; this is for cables that run straight from frame to platform", key=cables[i],
-            found=self.words(i), expected="what docs/cables/kinds.md lists for such cables",
+            found=f"{cables[i]} = {self.sum_of(i)}", expected="what docs/cables/kinds.md lists for such cables",
         )  # fmt: skip

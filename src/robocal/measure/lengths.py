@@ -11,13 +11,13 @@ options["gain"] names the drums, of which a length g times as long winds up what
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from robocal._jit import as_kernel_array
 from robocal._types import Array, Bools, Ints
-from robocal.cables.geometry import SYMBOLS, CableRobot, lengths
+from robocal.cables.geometry import SYMBOLS, CableRobot, straight
 from robocal.errors import ModelError
 from robocal.estimate.losses import Loss
 from robocal.estimate.terms import Normal
@@ -209,7 +209,8 @@ def zeros_at(machine: Model, obs: Observations, index: Ints, pose: Array) -> dic
     for i, name in enumerate(robot.cables):
         mine = np.flatnonzero(cable == i)
         if len(mine):
-            full = lengths(pose[mine][None], np.append(robot.numbers[i, :6], 0.0)[None], robot.pulley(i))[0][0]
+            read = obs.extra["carriage"][index[mine]] if "carriage" in obs.extra else None
+            full = straight(robot, pose[mine], read)[0][:, i]
             out[f"{owner(obs)}.{name}"] = float(np.median(full - _gain(obs) * obs.value[index[mine], 0]))
     return out
 
@@ -256,10 +257,31 @@ def locate_platform(machine: Model, obs: Observations, wanted: Bools) -> Array:
         if "tension" in obs.extra and robot.elasticity is not None:
             pull = np.zeros_like(table)
             pull[obs.configuration, obs.extra["cable"].astype(np.int64)] = obs.extra["tension"]
-        found = forward(robot, table[some], tension=None if pull is None else pull[some], axes=axes)
-        good = found.converged & np.isfinite(found.pose).all(axis=(1, 2))
-        out[some[good]] = found.pose[good]
+        for there, rows in _by_carriages(robot, obs, some):
+            found = forward(there, table[rows], tension=None if pull is None else pull[rows], axes=axes)
+            good = found.converged & np.isfinite(found.pose).all(axis=(1, 2))
+            out[rows[good]] = found.pose[good]
     return out
+
+
+def _by_carriages(robot: CableRobot, obs: Observations, some: Ints) -> Iterator[tuple[CableRobot, Ints]]:
+    """The robot with its anchors where the carriages were read, and of some configurations those that it stood so for."""
+    if "carriage" not in obs.extra:
+        yield robot, some
+        return
+    rails = [
+        (n, int(c))
+        for n, c in zip(robot.segments.names, robot.segments.cable, strict=True)
+        if robot.row(f"{n}.carriage") in robot.table
+    ]
+    read = np.full((int(obs.configuration.max()) + 1, len(robot.cables)), np.nan)
+    read[obs.configuration, obs.extra["cable"].astype(np.int64)] = obs.extra["carriage"]
+    stated = np.array([robot.table[robot.row(f"{n}.carriage")].value for n, _ in rails])
+    stood = np.where(np.isnan(read[some][:, [c for _, c in rails]]), stated, read[some][:, [c for _, c in rails]])
+    places, of = np.unique(stood, axis=0, return_inverse=True)
+    for i, place in enumerate(places):
+        values = {robot.row(f"{n}.carriage"): float(v) for (n, _), v in zip(rails, place, strict=True)}
+        yield robot.with_values(values), some[of.ravel() == i]
 
 
 LENGTHS = register(Kind("lengths", 1, terms, parameters, METRES, metric=True, manufactured=("gain",), unstated=1e-3))

@@ -20,7 +20,8 @@ from robocal.files.units import UNITS, Unit
 from robocal.files.yamlio import Path_, YamlDocument, path_text
 
 __all__ = [
-    "MATERIALS", "CableCalibrateModel", "CableModel", "CableRobotModel", "CableUnits", "CableValues", "CommonModel",
+    "MATERIALS", "CableCalibrateModel", "CableModel", "CableRobotModel", "CableUnits", "CableValues", "CommonModel", "PulleyModel",
+    "RailModel", "SegmentModel",
 ]  # fmt: skip
 
 
@@ -57,13 +58,33 @@ class CommonModel(FileModel):
     pulley: PulleyModel | None = None
 
 
+class RailModel(FileModel):
+    """A rail on which a frame anchor stands: direction, where its carriage stands, and how much further it goes than it reads."""
+
+    direction: Any
+    carriage: Any
+    gain: Any = None
+
+
+class SegmentModel(FileModel):
+    """A straight piece of cable between two anchors, one of the frame and one of the platform, or two of either."""
+
+    frame: Any = None
+    platform: Any = None
+    pulley: PulleyModel | None = None
+    rail: RailModel | None = None
+
+
 class CableModel(CommonModel):
-    """One cable: its two anchors by name (or number from 1) and the zero of its length sensor."""
+    """One cable: its two anchors by name (or number from 1) and the zero of its length sensor; or the segments that it runs along, a
+    whole number of times each."""
 
     name: Name | None = None
     frame: Any = None
     platform: Any = None
     zero: Any = None
+    rail: RailModel | None = None
+    segments: dict[Name, Any] | None = None
 
 
 class PlatformModel(FileModel):
@@ -96,6 +117,7 @@ class CableRobotModel(FileModel):
     plane: Literal["xy", "xz", "yz"] = "xz"
     frame_anchors: Any
     platform_anchors: Any
+    segments: dict[Name, SegmentModel] | None = None
     cables: list[CableModel] | None = None
     every_cable: Annotated[CommonModel, OrEmpty] = CommonModel.model_construct()
     platform: Annotated[PlatformModel, OrEmpty] = PlatformModel.model_construct()

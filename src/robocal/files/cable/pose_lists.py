@@ -133,7 +133,7 @@ def _beyond(robot: CableRobot, rows: CableList) -> tuple[Remark, ...]:
     only shifts does not turn. How a point is turned makes no difference."""
     t = rows.values
     way = np.concatenate([t[:, :3, 3] - t[0, :3, 3], so3.log(t[:, :3, :3] @ t[0, :3, :3].T)], axis=1)
-    point = not np.ptp(robot.b, axis=0).any()
+    point = not np.ptp(robot.platform_points, axis=0).any()
     out = [i for i in range(6) if i not in robot.axes and not (i > 2 and point)]
     share = np.abs(way[:, out]) / np.where(np.array(out) < 3, AWAY[0], AWAY[1]) if out else np.zeros((1, 1))
     if share.max() <= 1:
