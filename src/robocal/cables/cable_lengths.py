@@ -3,6 +3,7 @@
     straight, or over pulleys    l_i = full_i - l0_i
     with stretch                 l_i = full_i / (1 + e_i t_i) - l0_i
     with sag                     l_i = the unstretched length of the elastic catenary that pulls with t_i, - l0_i
+    what the sensor shows        l_i / g_i
 
 The tension of a cable is that at the platform. The gradient is taken at constant tension; only that of the straight
 (or pulley) lengths gives the structure matrix, W = -L^T.
@@ -30,8 +31,8 @@ TOUCHING = 1e-9  # m; a cable shorter than this has no direction
 def inverse(
     robot: CableRobot, pose: ArrayLike, tension: ArrayLike | None = None, *, sag: bool = False
 ) -> tuple[Array, Array]:
-    """Lengths (k, m) and their gradient L (k, m, 6) with respect to the platform's twist (v, w) in base axes about its
-    origin.
+    """What the sensors show (k, m), and the gradient L (k, m, 6) of the lengths with respect to the platform's twist (v, w) in base
+    axes about its origin.
 
     pose (k, 4, 4); tension (k, m) or (m,) in N: cables stretch by the robot's elasticity, and with `sag` hang by their
     weight. Raises ModelError for a cable without length, for one whose anchor lies inside its pulley, for unknown
@@ -50,7 +51,7 @@ def inverse(
         if bad.any():
             at, cable = (int(v) for v in np.argwhere(bad)[0])
             raise ModelError(f"cable {robot.cables[cable]} {why} (pose {at})", row=at, key=robot.cables[cable])
-    return length, slope
+    return robot.shown(length), slope
 
 
 def pulls(robot: CableRobot, tension: ArrayLike, shape: tuple[int, int]) -> Array:
@@ -65,7 +66,7 @@ def pulls(robot: CableRobot, tension: ArrayLike, shape: tuple[int, int]) -> Arra
 
 
 def model_of(robot: CableRobot, *, sag: bool, tense: bool) -> Lengths:
-    """The length model that fits what is known: a function of poses (k, 4, 4) and tensions (k, m) to lengths and L.
+    """The length model that fits what is known: a function of poses (k, 4, 4) and tensions (k, m) to lengths less their zeros, and L.
 
     It never raises: where there is no such cable the lengths are not numbers, so that a search can step back.
     """

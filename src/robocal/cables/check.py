@@ -65,6 +65,8 @@ def _numbers(robot: CableRobot) -> None:
         for cable, value in zip(robot.cables, () if values is None else values.tolist(), strict=False):
             word = f"a negative {what}" if value < 0 else f"the {what} is no number"
             require(0 <= value < np.inf, word, key=f"{cable}.{what}", found=value, expected="0 or more")
+    for cable, gain in zip(robot.cables, robot.gain.tolist(), strict=True):
+        require(0 < gain < np.inf, "a gain is above 0", key=f"{cable}.gain", found=gain, expected="a number near 1")
     for cable, radius in zip(robot.segments.names, () if robot.wheels is None else robot.wheels.radius, strict=False):
         require(radius >= 0, "a negative radius", key=f"{cable}.pulley", expected="0 or more")
     massive = robot.mass is None or robot.mass > 0

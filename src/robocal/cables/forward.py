@@ -19,7 +19,8 @@ from robocal._jit import as_kernel_array
 from robocal._record import record
 from robocal._types import Array, Bools, Ints
 from robocal.cables.cable_lengths import model_of, pulls
-from robocal.cables.geometry import CableRobot, cable_table
+from robocal.cables.geometry import CableRobot
+from robocal.cables.segment_table import cable_table
 from robocal.errors import ModelError, require
 from robocal.geometry import se3
 
@@ -50,7 +51,7 @@ class _Ends(NamedTuple):
 
 @record(eq=False)
 class Forward:
-    """Poses from lengths: pose (k, 4, 4), residual (k, m) in m (computed less measured), covariance (k, d, d) of the
+    """Poses from lengths: pose (k, 4, 4), residual (k, m) in m (what sensors would show less what they did), covariance (k, d, d) of the
     twist's components that the robot has (m and rad, base axes), iterations (k,), whether each converged.
 
     `solutions` (k,) counts the distinct poses that explain the lengths as well, this one included: 1 is unique as far
@@ -79,7 +80,7 @@ def forward(
     rng: np.random.Generator | None = None,
     axes: Sequence[int] | None = None,
 ) -> Forward:
-    """Poses of the platform from measured lengths (k, m), searched from `start` (k, 4, 4) or (4, 4); by default
+    """Poses of the platform from what the sensors of lengths show (k, m), searched from `start` (k, 4, 4) or (4, 4); by default
     from X_0, below it where the frame is flat. `axes` are the components of the twist that are searched, all that the robot
     has unless stated: (0, 1, 2) is where it would hang without turning.
 
@@ -93,8 +94,9 @@ def forward(
     k, m = y.shape
     axes = list(robot.axes if axes is None else axes)
     _check(robot, y, axes)
+    y = robot.gain * y  # from here on lengths, less their zeros
     t = None if tension is None else pulls(robot, tension, (k, m))
-    s = None if sigma is None else np.broadcast_to(np.asarray(sigma, float), (m,))
+    s = None if sigma is None else robot.gain * np.broadcast_to(np.asarray(sigma, float), (m,))
     weight = np.ones(m) if s is None else 1 / s
 
     lengths_at = model_of(robot, sag=sag, tense=t is not None)
@@ -117,7 +119,7 @@ def forward(
     pose, r, slope, _, iterations, converged = (v[at] for v in ends)
     pose[np.isnan(r).any(axis=1)] = np.nan
     covariance, counted = _covariance(r, slope, s is not None), solutions if starts else np.zeros(k, dtype=np.int64)
-    return Forward(pose, r / weight, covariance, iterations, converged, counted, rival)
+    return Forward(pose, robot.shown(r / weight), covariance, iterations, converged, counted, rival)
 
 
 def _check(robot: CableRobot, y: Array, axes: list[int]) -> None:

@@ -1,10 +1,11 @@
 """A cable robot: a platform hung from frame anchors, and the lengths of its straight cables.
 
-    l_i = |p + R b_i - a_i| - l0_i
+    l_i = |p + R b_i - a_i| - l0_i,    y_i = l_i / g_i
 
 Cable i runs from frame anchor a_i (base coordinates) to platform anchor b_i (platform coordinates); l0_i is the zero
-of its length sensor. With a pulley the cable enters at a_i, wraps and leaves towards the platform (`cables/pulley.py`).
-A cable may be a sum of such segments (`cables/reeving.py`), and its anchor may be on a rail (`cables/rail.py`).
+of its length sensor, which shows y_i: its drum winds up a length g_i times as long (1 where nothing is stated). With a pulley
+the cable enters at a_i, wraps and leaves towards the platform (`cables/pulley.py`). A cable may be a sum of such segments
+(`cables/reeving.py`), and its anchor may be on a rail (`cables/rail.py`).
 The base's z points up. Twists are (v, w) in base axes about the platform's origin.
 """
 
@@ -20,16 +21,9 @@ from numpy.typing import ArrayLike
 
 from robocal._record import field, record, replace
 from robocal._types import Array
-from robocal.cables.cable_parameters import (
-    COMMON,
-    EXPECTED,
-    PLATFORM,
-    STRETCH,
-    SYMBOLS,
-    WHEEL,
-    anchor_parameters,
-    material_parameters,
-)  # fmt: skip
+from robocal.cables.cable_parameters import COMMON, EXPECTED, PLATFORM, SYMBOLS, anchor_parameters
+from robocal.cables.degrees import DEGREES
+from robocal.cables.material import GAIN, STRETCH, WHEEL, material_rows
 from robocal.cables.pulley import Pulleys, run
 from robocal.cables.rail import RAIL, offset
 from robocal.cables.reeving import Reeving
@@ -40,19 +34,9 @@ from robocal.geometry.path.unjointed import Unjointed
 from robocal.parameters import ParameterTable
 
 __all__ = [
-    "COMMON", "DEGREES", "EXPECTED", "PLATFORM", "RAIL", "STRETCH", "SYMBOLS", "WHEEL", "CableRobot", "cable_robot", "cable_table", "home",
-    "lengths", "straight",
+    "COMMON", "DEGREES", "EXPECTED", "GAIN", "PLATFORM", "RAIL", "STRETCH", "SYMBOLS", "WHEEL", "CableRobot", "cable_robot",
+    "home", "lengths", "straight",
 ]  # fmt: skip
-
-SPATIAL = (0, 1, 2, 3, 4, 5)
-
-# What a robot can do, by plane (`plane` is that of a planar robot): the components of the twist (v, w) that it has.
-DEGREES: Mapping[str, Mapping[str, tuple[int, ...]]] = {
-    "3R3T": {"xy": SPATIAL, "xz": SPATIAL, "yz": SPATIAL},
-    "3T": {"xy": SPATIAL[:3], "xz": SPATIAL[:3], "yz": SPATIAL[:3]},
-    "1R2T": {"xy": (0, 1, 5), "xz": (0, 2, 4), "yz": (1, 2, 3)},
-    "2T": {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)},
-}
 
 
 @record(eq=False)
@@ -61,7 +45,7 @@ class CableRobot(Unjointed):
     known of them.
 
     The table also has what is known of pulleys, `c1.radius` in m and the swivel axis `c1.nx` ... `c1.nz` of any length,
-    and of stretch, `c1.elasticity` in 1/N: strain per tension. mass in kg, com (3,) in m and inertia (3, 3) in kg m2
+    of stretch, `c1.elasticity` in 1/N: strain per tension, and of drums, `c1.gain`. mass in kg, com (3,) in m and inertia (3, 3) in kg m2
     about com, all in platform axes; limits (m, 2): least and greatest tension in N; density (m,): weight per unstretched
     length in N/m; diameter (m,) in m. None: not known. `degrees` is a key of DEGREES; a planar robot moves in `plane` of the
     base (xz and yz stand upright). `sources` says where values come from, `assumed` names those that were chosen:
@@ -157,6 +141,16 @@ class CableRobot(Unjointed):
         found = self._table_values((STRETCH,), self.cables)[:, 0]
         return None if np.isnan(found).any() else found
 
+    @property
+    def gain(self) -> Array:
+        """Length that each drum winds up over the length that its sensor shows, (m,); 1 where nobody states one."""
+        found = self._table_values((GAIN,), self.cables)[:, 0]
+        return np.where(np.isnan(found), 1.0, found)
+
+    def shown(self, lengths: Array) -> Array:
+        """What the sensors show of lengths (k, m) less their zeros."""
+        return lengths / self.gain
+
     def _table_values(self, symbols: Sequence[str], whose: Sequence[str]) -> Array:
         """Numbers (p, k) of the table by symbol, not a number where a cable or segment has none."""
         names = [[self.row(f"{c}.{s}") for s in symbols] for c in whose]
@@ -167,15 +161,16 @@ class CableRobot(Unjointed):
         *,
         pulleys: Pulleys | EllipsisType | None = ...,
         elasticity: ArrayLike | EllipsisType | None = ...,
+        gain: ArrayLike | EllipsisType | None = ...,
         **known: object,
     ) -> Self:
-        """The same robot with other pulleys, or with none, with cables that stretch otherwise, and other fields."""
-        gone = () if isinstance(pulleys, EllipsisType) else WHEEL
-        gone = gone if isinstance(elasticity, EllipsisType) else (*gone, STRETCH)
+        """The same robot with other pulleys, or with none, with cables that stretch otherwise, other drums, and other fields."""
+        given = ((pulleys, WHEEL), (elasticity, (STRETCH,)), (gain, (GAIN,)))
+        gone = [s for value, symbols in given if not isinstance(value, EllipsisType) for s in symbols]
         left = {k: v for k, v in self.shared.items() if k.rpartition(".")[2] not in gone}
         kept = [p for p in self.table.rows if p.name.rpartition(".")[2] not in gone]
-        wheels, strain = (None if isinstance(v, EllipsisType) else v for v in (pulleys, elasticity))
-        more = material_parameters(self.segments.names, self.cables, left, pulleys=wheels, elasticity=strain)
+        wheels, strain, drums = (None if isinstance(v, EllipsisType) else v for v in (pulleys, elasticity, gain))
+        more = material_rows(self.segments.names, self.cables, left, pulleys=wheels, elasticity=strain, gain=drums)  # type: ignore[arg-type]
         return replace(self, table=ParameterTable((*kept, *more), self.table.together), shared=left, **known)  # type: ignore[arg-type]
 
     @property
@@ -237,8 +232,8 @@ class CableRobot(Unjointed):
 
     @property
     def geometric(self) -> tuple[str, ...]:
-        """What its making leaves: anchors and radii. Where a length sensor counts from may be anything."""
-        return tuple(n for n in self.table.names if n.rpartition(".")[2] in (*SYMBOLS[:6], "radius"))
+        """What its making leaves: anchors, radii and gains of drums. Where a length sensor counts from may be anything."""
+        return tuple(n for n in self.table.names if n.rpartition(".")[2] in (*SYMBOLS[:6], "radius", GAIN))
 
     @property
     def anywhere(self) -> frozenset[str]:
@@ -291,6 +286,7 @@ def cable_robot(
     pulleys: Pulleys | None = None,
     rails: ArrayLike | None = None,
     elasticity: ArrayLike | None = None,
+    gain: ArrayLike | None = None,
     reeving: Reeving | None = None,
     **known: object,
 ) -> CableRobot:
@@ -311,7 +307,7 @@ def cable_robot(
     segments = cables if reeving is None else reeving.names
     slides = None if rails is None else np.asarray(rails, float)
     rows = anchor_parameters(segments, np.hstack([a, b]), l0, free, whose)
-    material = material_parameters(segments, cables, whose, pulleys=pulleys, rails=slides, elasticity=elasticity)
+    material = material_rows(segments, cables, whose, pulleys=pulleys, rails=slides, elasticity=elasticity, gain=gain)
     rows += [replace(p, free=p.name.rpartition(".")[2] in free) for p in material]
     return CableRobot(name, cables, ParameterTable(tuple(rows)), shared=whose, reeving=reeving, **known)  # type: ignore[arg-type]
 
@@ -353,11 +349,3 @@ def straight(robot: CableRobot, pose: ArrayLike, carriage: Array | None = None) 
     u[:, still] = 0.0
     gradient = np.concatenate([u, np.cross(lever, u)], axis=-1)
     return (full, gradient, lever) if robot.reeving is None else (segments.sums(full), segments.sums(gradient), lever)
-
-
-def cable_table(robot: CableRobot) -> Array:
-    """The segments as kernels read them, (p, 14), those of each cable's own before all others: a, b, l0, the radius of the pulley and its
-    axis; the number of the cable, how often it runs along the segment, and 1 where this is on one body."""
-    ways = robot.segments
-    wheel = robot.wheels or Pulleys(np.zeros(len(ways.names)), np.tile([0.0, 0.0, 1.0], (len(ways.names), 1)))
-    return np.column_stack([robot.ends, wheel.radius, wheel.axis, ways.cable, ways.times, ways.still])

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robocal._types import Array
-from robocal.cables.geometry import SYMBOLS, WHEEL, CableRobot, lengths, straight
+from robocal.cables.geometry import GAIN, SYMBOLS, WHEEL, CableRobot, lengths, straight
 from robocal.cables.pulley import Pulleys, by_wheel
 from robocal.cables.rail import RAIL, by_rail
 
@@ -17,13 +17,16 @@ __all__ = ["by_parameters", "pose_covariance"]
 
 
 def by_parameters(robot: CableRobot, poses: ArrayLike, names: Sequence[str]) -> tuple[Array, Array]:
-    """Gradients of the lengths without stretch at poses (k, 4, 4): L (k, m, 6) by the twist (v, w), and (k, m, n) by the parameters
-    `names`, of anchors, zeros and pulleys."""
+    """Gradients of the lengths without stretch less what their drums wound up, at poses (k, 4, 4): L (k, m, 6) by the twist (v, w), and
+    (k, m, n) by the parameters `names`, of anchors, zeros, pulleys and drums."""
     t = np.asarray(poses, float)
     at = {n: i for i, n in enumerate(names)}
     by_pose, out = np.empty((len(t), len(robot.cables), 6)), np.zeros((len(t), len(robot.cables), len(names)))
     ways, many = robot.segments, len(robot.cables)
-    by_pose[:] = straight(robot, t)[1]
+    full, by_pose[:], _ = straight(robot, t)
+    for i, cable in enumerate(robot.cables):
+        if (where := at.get(robot.row(f"{cable}.{GAIN}"))) is not None:
+            out[:, i, where] -= (full[:, i] - robot.zeros[i]) / robot.gain[i]
     for s, (segment, i, times) in enumerate(zip(ways.names, ways.cable, ways.times, strict=True)):
         wheel = None if robot.wheels is None else Pulleys(robot.wheels.radius[s], robot.wheels.axis[s])
         pose = np.broadcast_to(np.eye(4), t.shape) if ways.still[s] else t
@@ -48,7 +51,7 @@ def pose_covariance(
     more: Mapping[str, Array] | None = None,
 ) -> Array:
     """Covariance (k, d, d) of the twist (v, w) of poses (k, 4, 4), in the components that the robot has, that a covariance (n, n) of
-    its anchors, zeros and pulleys `names` leaves where lengths are exact. Not a number where a pose is none. `more` are the slopes
+    its anchors, zeros, pulleys and drums `names` leaves where lengths are exact. Not a number where a pose is none. `more` are the slopes
     (k, m) of the lengths by other names."""
     t = np.asarray(pose, float)
     by_pose, by_number = by_parameters(robot, t, names)

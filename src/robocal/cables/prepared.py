@@ -16,8 +16,9 @@ from numpy.typing import ArrayLike
 
 from robocal._jit import as_kernel_array, as_kernel_indices
 from robocal._types import Array
-from robocal.cables.geometry import CableRobot, cable_table
+from robocal.cables.geometry import CableRobot
 from robocal.cables.polytope._kernels import FOUND
+from robocal.cables.segment_table import cable_table
 from robocal.cables.single import _kernels as kernels
 from robocal.cables.tension import check_method, distribute
 from robocal.cables.tension_choice import METHOD, POWER
@@ -137,10 +138,14 @@ class Prepared:
         reference = np.zeros(m) if method == "norm" else bounds.mean(axis=1)
         self.robot, self.method = robot, method
         self._cables = as_kernel_array(cable_table(robot))
-        self._rows = as_kernel_indices(np.array(robot.axes))
+        self._rows, self._gain = as_kernel_indices(np.array(robot.axes)), as_kernel_array(robot.gain)
         self._body = as_kernel_array(np.concatenate([[-weight * GRAVITY[2]], centre]))
         self._bounds = as_kernel_array(np.stack([bounds[:, 0], bounds[:, 1], reference]))
-        self._kind, self._power, self._sigma = KINDS[method], float(power), float(noise)
+        self._kind, self._power, self._sigma = (
+            KINDS[method],
+            float(power),
+            float(noise) * float(np.sqrt((robot.gain**2).mean())),
+        )
         self._still, self._cable_count, self._freedoms = np.zeros(6), m, d
 
     def tension(self, pose: Array, wrench: Array | None = None) -> TensionResult:
@@ -153,18 +158,18 @@ class Prepared:
         return TensionResult(out, code == FOUND)
 
     def forward(self, lengths: Array, start: Array) -> Placed:
-        """The pose that lengths (m,) in m say, from the pose (4, 4) before it."""
+        """The pose that sensors of lengths (m,) in m say, from the pose (4, 4) before it."""
         y, begin = self._check_shape(lengths, (self._cable_count,)), self._check_shape(start, (4, 4))
         pose, r, c = np.empty((4, 4)), np.empty(self._cable_count), np.empty((self._freedoms, self._freedoms))
-        code, count = kernels.placed(y, begin, self._cables, self._rows, self._sigma, pose, r, c)
-        return Placed(pose, r, c, count, code == kernels.SETTLED)
+        code, count = kernels.placed(self._gain * y, begin, self._cables, self._rows, self._sigma, pose, r, c)
+        return Placed(pose, r / self._gain, c, count, code == kernels.SETTLED)
 
     def twist(self, pose: Array, rates: Array) -> Array:
-        """The twist (6,) as (v, w) in m/s and rad/s, base axes about the platform's origin, with which cables lengthen by rates (m,) in
-        m/s; not numbers where the pose is singular."""
+        """The twist (6,) as (v, w) in m/s and rad/s, base axes about the platform's origin, with which what sensors show grows
+        by rates (m,) in m/s; not numbers where the pose is singular."""
         at, wound = self._check_shape(pose, (4, 4)), self._check_shape(rates, (self._cable_count,))
         out = np.empty(6)
-        kernels.turned(at, wound, self._cables, self._rows, out)
+        kernels.turned(at, self._gain * wound, self._cables, self._rows, out)
         return out
 
     @staticmethod

@@ -18,10 +18,10 @@ from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import Distribution, distribute
 from robocal.cables.tension_choice import METHOD
 from robocal.errors import FormatError
-from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.cablefile import CableFile
 from robocal.front.arrays import path as text_of
 from robocal.front.calls import call
+from robocal.session.cable.calibrated import open_robot
 from robocal.session.cable.statics_options import mass_of, robot_with_limits
 
 __all__ = ["CableArm", "robot"]
@@ -114,7 +114,7 @@ class CableArm:
 def robot(path: str | os.PathLike[str]) -> CableArm:
     """A cable robot from its robot.yaml, or from CASPR's X_cables.xml. Raises InputError."""
     name = text_of(path)
-    return CableArm(name, read_cable(name))
+    return CableArm(name, open_robot(name))
 
 
 def _numbers(given: ArrayLike, name: str) -> Array:

@@ -5,8 +5,8 @@ machine's parameters, as are those of its pulley and its elasticity e. With extr
 leaves, l_i / (1 + e t), or with options["winches"] what a tension from a current does (`measure/cable/winch_tensions.py`);
 extra["hanging"] (k,) is what sag makes of that. options["zeros"] names whoever's zeros these are, where they
 are not the robot's: those of one power-up; they are the parameters `owner.cable`, and options["cables"] names the cables.
-options["gain"] names the drums, of which a length g times as long winds up what the sensor shows: y = l / g, with g the parameter
-`drums.gain`, or, with options["each"], `drums.cable.gain` of every cable.
+A drum winds up a length g times as long as what its sensor shows: y = l / g, with g the robot's, where it has one, or that of the drums
+that options["gain"] names: the parameter `drums.gain`, or, with options["each"], `drums.cable.gain` of every cable.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ import numpy as np
 
 from robocal._jit import as_kernel_array
 from robocal._types import Array, Bools, Ints
-from robocal.cables.geometry import SYMBOLS, CableRobot, straight
+from robocal.cables.geometry import GAIN, SYMBOLS, CableRobot, straight
+from robocal.cables.material import DRUM
 from robocal.errors import ModelError
 from robocal.estimate.losses import Loss
 from robocal.estimate.terms import Normal
@@ -34,7 +35,6 @@ __all__ = ["LENGTHS", "locate_platform", "owner", "read_everywhere", "readings",
 CHUNK = 1 << 17  # numbers of poses and their Jacobians at once
 ZERO = "l0"
 WHAT, NUMBERS = "cable lengths", "numbers of every cable"
-DRUM = 0.02  # of its circumference, with the cable that lies on it
 ANYWHERE = 10.0  # m, of a zero that nobody has said
 
 
@@ -48,9 +48,10 @@ class LengthRows(PlatformRows):
         zeros = [f"{own}.{c}" if own else f"{c}.{ZERO}" for c in cables]
         ends = ((*(f"{n}.{s}" for s in ENDS), zeros[c]) for n, c in zip(self.ways.names, self.ways.cable, strict=True))
         numbers = builder.rows(n for seven in ends for n in seven)
-        gains = gain_names(obs)
+        each = gain_names(obs, robot)
+        gains = list(dict.fromkeys(each))
         # Of every cable, where its gain is behind the seven numbers of all; nowhere where lengths are as their sensors show.
-        self.gains = np.resize(np.arange(len(gains)) + len(numbers), len(cables)) if gains else None
+        self.gains = np.array([gains.index(n) for n in each]) + len(numbers) if each else None
         self.cable = cable
         self.row, self.segment = self.ways.rows(cable)
         self.begin = np.searchsorted(self.row, np.arange(len(cable) + 1))
@@ -178,18 +179,29 @@ def owner(obs: Observations) -> str:
     return str(obs.options.get("zeros") or "")
 
 
-def gain_names(obs: Observations) -> list[str]:
-    """The parameters of the gains of the drums: one of all, one of each, or none."""
+def own_gains(obs: Observations) -> list[str]:
+    """The parameter of the gain of each cable, where these lengths have drums of their own; two that are one are named twice."""
     drums = obs.options.get("gain")
     if not drums:
         return []
-    return [f"{drums}.{c}.gain" for c in cable_names(obs, NUMBERS)] if obs.options.get("each") else [f"{drums}.gain"]
+    return [f"{drums}.{c}.{GAIN}" if obs.options.get("each") else f"{drums}.{GAIN}" for c in cable_names(obs, NUMBERS)]
+
+
+def gain_names(obs: Observations, robot: CableRobot) -> list[str]:
+    """The same, where they have none the robot's; none where nobody states any."""
+    rows = [robot.row(f"{c}.{GAIN}") for c in robot.cables]
+    return own_gains(obs) or (rows if all(n in robot.table for n in rows) else [])
 
 
 def _gain(obs: Observations) -> float:
-    """The gain that is stated."""
+    """The gain that is stated of drums of their own."""
     values = obs.options.get("values")
     return float(values["gain"]) if isinstance(values, Mapping) and "gain" in values else 1.0
+
+
+def gains_at(robot: CableRobot, obs: Observations) -> Array:
+    """The gains (m,) that are stated: of drums of their own, or the robot's."""
+    return np.full(len(robot.cables), _gain(obs)) if obs.options.get("gain") else robot.gain
 
 
 def parameters(obs: Observations) -> list[Parameter]:
@@ -198,27 +210,29 @@ def parameters(obs: Observations) -> list[Parameter]:
     names = cable_names(obs, NUMBERS) if own else ()
     zeros = [Parameter(f"{own}.{c}", 0.0, "m", True, expected=ANYWHERE) for c in names]
     loose = "gain" in free if isinstance(free, tuple) else "values" not in obs.options
-    return [*zeros, *(Parameter(n, _gain(obs), "1", loose, expected=DRUM) for n in gain_names(obs))]
+    drums = dict.fromkeys(own_gains(obs))
+    return [*zeros, *(Parameter(n, _gain(obs), "1", loose, expected=DRUM) for n in drums)]
 
 
 def zeros_at(machine: Model, obs: Observations, index: Ints, pose: Array) -> dict[str, float]:
     """The zeros of such lengths by name, where the platform stood at poses (k, 4, 4) when rows `index` (k,) were read: the median of
     what the robot's lengths are beyond them."""
     robot, cable = cable_robot_of(machine, WHAT), obs.extra["cable"][index].astype(np.int64)
-    out = {}
+    out, gain = {}, gains_at(robot, obs)
     for i, name in enumerate(robot.cables):
         mine = np.flatnonzero(cable == i)
         if len(mine):
             read = obs.extra["carriage"][index[mine]] if "carriage" in obs.extra else None
             full = straight(robot, pose[mine], read)[0][:, i]
-            out[f"{owner(obs)}.{name}"] = float(np.median(full - _gain(obs) * obs.value[index[mine], 0]))
+            out[f"{owner(obs)}.{name}"] = float(np.median(full - gain[i] * obs.value[index[mine], 0]))
     return out
 
 
 def readings(robot: CableRobot, obs: Observations, count: int) -> Array:
-    """What the sensor of every cable showed at each of so many configurations (U, m) in m, NaN where nothing was read."""
-    table = np.full((count, len(robot.cables)), np.nan)
-    table[obs.configuration, obs.extra["cable"].astype(np.int64)] = _gain(obs) * obs.value[:, 0]
+    """What the drum of every cable had wound up at each of so many configurations (U, m) in m, beyond its zero; NaN where nothing was
+    read."""
+    table, cable = np.full((count, len(robot.cables)), np.nan), obs.extra["cable"].astype(np.int64)
+    table[obs.configuration, cable] = gains_at(robot, obs)[cable] * obs.value[:, 0]
     return table
 
 
@@ -258,7 +272,7 @@ def locate_platform(machine: Model, obs: Observations, wanted: Bools) -> Array:
             pull = np.zeros_like(table)
             pull[obs.configuration, obs.extra["cable"].astype(np.int64)] = obs.extra["tension"]
         for there, rows in _by_carriages(robot, obs, some):
-            found = forward(there, table[rows], tension=None if pull is None else pull[rows], axes=axes)
+            found = forward(there, there.shown(table[rows]), tension=None if pull is None else pull[rows], axes=axes)
             good = found.converged & np.isfinite(found.pose).all(axis=(1, 2))
             out[rows[good]] = found.pose[good]
     return out

@@ -55,6 +55,7 @@ class CommonModel(FileModel):
     elasticity: Any = None
     density: Any = None
     diameter: Any = None
+    gain: Any = None
     pulley: PulleyModel | None = None
 
 
@@ -96,7 +97,7 @@ class PlatformModel(FileModel):
 
 
 class CableCalibrateModel(FileModel):
-    """What is to be identified: ax ay az bx by bz l0, a cable, or single names; and how far off what is stated may be, one standard
+    """What is to be identified: ax ay az bx by bz l0 gain, a cable, or single names; and how far off what is stated may be, one standard
     deviation by symbol or single name."""
 
     free: list[str]
@@ -132,6 +133,7 @@ MATERIALS = {
     "elasticity": ("elasticity", "1/N"),
     "density": ("density", "N/m"),
     "diameter": ("diameter", "m"),
+    "gain": ("gain", "1"),
 }
 
 

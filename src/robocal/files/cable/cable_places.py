@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from robocal.cables.geometry import COMMON, PLATFORM, STRETCH
+from robocal.cables.geometry import COMMON, GAIN, PLATFORM, STRETCH
 from robocal.files.cable.cable_model import MATERIALS, CableRobotModel, CableValues
 from robocal.files.cable.segment_rows import CableRow
 from robocal.files.units import Unit
@@ -52,9 +52,11 @@ def places_of(model: CableRobotModel, rows: Sequence[CableRow], values: CableVal
                 note(f"{segment.name}.carriage", segment.rail.carriage, (*segment.rail_at, "carriage"))
         if "cables" in values.document.data:
             out[f"{row.name}.l0"] = values.place(row.own.zero, (*row.at, "zero"), "m")
+            out[f"{row.name}.{GAIN}"] = values.place(row.own.gain, (*row.at, GAIN), "1")
     of_cables = ((row.name, row.own, row.at) for row in rows)
     for whose, said, where in (*of_cables, (COMMON, model.every_cable, ("every_cable",))):
         note(f"{whose}.{STRETCH}", said.elasticity, (*where, "elasticity"), "1/N")
+        note(f"{whose}.{GAIN}", said.gain, (*where, GAIN), "1")
         if whose == COMMON and said.pulley is not None:
             note(f"{whose}.radius", said.pulley.radius, (*where, "pulley", "radius"))
             note(f"{whose}.n", said.pulley.axis, (*where, "pulley", "axis"), "1", "xyz")

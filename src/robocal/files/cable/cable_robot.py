@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from robocal._record import replace
-from robocal.cables.geometry import COMMON, PLATFORM, RAIL, STRETCH, SYMBOLS, WHEEL, CableRobot, cable_robot
+from robocal.cables.geometry import COMMON, GAIN, PLATFORM, RAIL, STRETCH, SYMBOLS, WHEEL, CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys
 from robocal.errors import FileError, ModelError, one_of
 from robocal.files.cable.cable_model import (
@@ -50,7 +50,11 @@ from robocal.remarks.remark import Remark
 __all__ = ["parse_cable", "read_cable"]
 
 EYELET = (0.0, np.array([0.0, 0.0, 1.0]))  # a pulley of no radius
-PARAMETERS = {"pulley": WHEEL, "elasticity": (STRETCH,)}  # keys of a cable, and the parameters that they are
+PARAMETERS = {
+    "pulley": WHEEL,
+    "elasticity": (STRETCH,),
+    GAIN: (GAIN,),
+}  # keys of a cable, and the parameters that they are
 
 
 def read_cable(path: str | os.PathLike[str]) -> CableFile:
@@ -236,7 +240,7 @@ def _match(robot: CableRobot, word: str, at: Path_, values: CableValues) -> tupl
     try:
         return robot.table.match([word])
     except ModelError as error:
-        expected = f"a parameter, a cable or one of {', '.join((*SYMBOLS, *WHEEL, *RAIL, STRETCH))}"
+        expected = f"a parameter, a cable or one of {', '.join((*SYMBOLS, *WHEEL, *RAIL, STRETCH, GAIN))}"
         values.document.fail(error.message, at, found=word, expected=expected, suggestion=error.suggestion)
 
 

@@ -3,14 +3,14 @@ and every other byte stays."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
 
 from robocal._types import Array
-from robocal.cables.geometry import PLATFORM, CableRobot
+from robocal.cables.geometry import GAIN, PLATFORM, CableRobot
 from robocal.errors import FormatError, ModelError, nearest
 from robocal.files.cable.cable_model import MATERIALS, CableUnits
 from robocal.files.cable.cable_robot import parse_cable
@@ -32,11 +32,17 @@ def _body(robot: CableRobot) -> dict[str, float]:
     return {f"{PLATFORM}.mass": float(robot.mass)} | com
 
 
+def _drums(robot: CableRobot) -> dict[str, float]:
+    """Gains of drums by name, of every cable, whether they are parameters or not."""
+    return {f"{c}.{GAIN}": float(g) for c, g in zip(robot.cables, robot.gain, strict=True)}
+
+
 def render_cable(file: CableFile, values: Mapping[str, float]) -> tuple[str, tuple[str, ...]]:
-    """The robot with other parameter values (SI, by name) as text, and the names that the file cannot hold. A file of another format
-    is written as robot.yaml; one without a list of its cables gets one where zeros are to be told. Raises ModelError for an unknown
-    name and for one anchor that two cables share and that is to be at two places."""
-    before = {p.name: p.value for p in file.robot.table.rows} | _body(file.robot)
+    """The robot with other values (SI, by name) of its parameters, its platform and the gains of its drums as text, and the names that
+    the file cannot hold. A file of another format is written as robot.yaml; one without a list of its cables gets one where zeros or
+    gains are to be told. Raises ModelError for an unknown name and for one anchor that two cables share and that is to be at two
+    places."""
+    before = _drums(file.robot) | {p.name: p.value for p in file.robot.table.rows} | _body(file.robot)
     unknown = [n for n in values if n not in before]
     if unknown:
         raise ModelError("unknown parameter", key=unknown[0], suggestion=nearest(unknown[0], before))
@@ -47,10 +53,17 @@ def render_cable(file: CableFile, values: Mapping[str, float]) -> tuple[str, tup
         if any(n.startswith(f"{PLATFORM}.") for n in changed):
             com = np.array([body[f"{PLATFORM}.c{s}"] for s in "xyz"])
             after = replace(after, mass=body[f"{PLATFORM}.mass"], com=com)
+        drums = {n: changed.get(n, v) for n, v in _drums(after).items()}
+        if set(drums) & set(changed):
+            after = after.having(gain=list(drums.values()))
         return describe_cable(after, file.units), ()
-    left_out = tuple(n for n in changed if n not in file.places)
     after_values = {n: changed.get(n, v) for n, v in before.items()}
     out: dict[Path_, float | str] = {}
+    centre = [f"{PLATFORM}.c{s}" for s in "xyz"]
+    if (moved := {*centre} & {*changed}) and not moved & {*file.places}:
+        words = ", ".join(number(file.units.length.from_si(after_values[n])) for n in centre)
+        out["platform", "centre_of_mass"] = f"[{words}]"
+    left_out = tuple(n for n in changed if n not in file.places and not (out and n in centre))
     owner: dict[Path_, str] = {}
     for name, (path, unit) in file.places.items():
         if name not in after_values:
@@ -63,18 +76,22 @@ def render_cable(file: CableFile, values: Mapping[str, float]) -> tuple[str, tup
         if name in changed:
             out[path] = unit.from_si(changed[name])
     text = edit(file.text, out, file.path)
-    if left_out and (listed := _with_zeros(text, file, after_values)) is not None:
-        text, left_out = listed, tuple(n for n in left_out if not n.endswith(ZERO))
+    if left_out and (listed := _with_cables(text, file, after_values, left_out)) is not None:
+        text, left_out = listed, tuple(n for n in left_out if not n.endswith((ZERO, f".{GAIN}")))
     origin = file.path.name if file.path else file.robot.name
     return add_stamp(text, origin, len(changed) - len(left_out)), left_out
 
 
-def _with_zeros(text: str, file: CableFile, values: Mapping[str, float]) -> str | None:
-    """The text with a list of its cables, which has room for their zeros; None where it cannot be put at its end (a text between
-    braces), or is there."""
-    unit = file.units.length
-    zeros = [number(unit.from_si(values[f"{cable}{ZERO}"])) for cable in file.robot.cables]
-    longer = "\n".join([text.rstrip("\n"), "cables:", *(f"  - {{zero: {zero}}}" for zero in zeros), ""])
+def _with_cables(text: str, file: CableFile, values: Mapping[str, float], wanted: Sequence[str]) -> str | None:
+    """The text with a list of its cables, which has room for their zeros and gains; None where it cannot be put at its end (a text
+    between braces), or is there."""
+    unit, lines = file.units.length, []
+    for cable in file.robot.cables:
+        words = [f"zero: {number(unit.from_si(values[f'{cable}{ZERO}']))}"]
+        if (name := f"{cable}.{GAIN}") in wanted:
+            words.append(f"{GAIN}: {number(values[name])}")
+        lines.append(f"  - {{{', '.join(words)}}}")
+    longer = "\n".join([text.rstrip("\n"), "cables:", *lines, ""])
     try:
         read = parse_cable(Source(file.path or Path(file.robot.name), longer, "")).robot
     except FormatError:
@@ -124,7 +141,8 @@ def _cables(robot: CableRobot, units: CableUnits) -> list[str]:
     """One line per cable, and one for what they have in common."""
     common, own = [], []
     for key, (what, si) in MATERIALS.items():
-        if (numbers := getattr(robot, what)) is None:
+        stated = key != GAIN or any(robot.row(f"{c}.{GAIN}") in robot.table for c in robot.cables)
+        if not stated or (numbers := getattr(robot, what)) is None:
             continue
         each = [
             f"{key}: {_shown(robot, f'{c}.{key}', v, units.of(si))}" for c, v in zip(robot.cables, numbers, strict=True)

@@ -1,8 +1,9 @@
-"""A cable robot from its file, or from a run folder with what is known of its numbers, and of what is no parameter of its own: gains
-of drums, zeros of one power-up, the weight."""
+"""A cable robot from its file, or from a run folder with what is known of its numbers. What a file of lengths has of its own, gains of
+drums and zeros of one power-up, is the robot's from here on: its file is written with them."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from functools import cached_property
 from typing import Any
@@ -12,7 +13,7 @@ import numpy as np
 from robocal._record import field, record, replace
 from robocal._types import Array
 from robocal.apply.difference import Known
-from robocal.cables.geometry import PLATFORM, CableRobot
+from robocal.cables.geometry import GAIN, PLATFORM, CableRobot
 from robocal.errors import FileError, ModelError
 from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.cablefile import CableFile
@@ -24,33 +25,31 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.runs import verdict_remarks
 
-__all__ = ["Calibrated", "SensorGains", "of_file", "open_calibrated"]
-
-GAIN = "gain"
+__all__ = ["Calibrated", "SensorGains", "of_file", "open_calibrated", "open_robot"]
 
 
 @record
 class SensorGains:
-    """Gains of the drums (m,) and zeros (m,) that lengths of this robot are read with, and the names of their parameters (m,); None
-    where they are as the robot says."""
+    """Gains of the drums (m,) and zeros (m,) that some lengths had of their own, and the names of their parameters (m,); None where they
+    were the robot's."""
 
     gain: Array | None = None
     gains: tuple[str, ...] = ()
     zeros: Array | None = None
     owned: tuple[str, ...] = ()
 
-    def lengths(self, robot: CableRobot, shown: Array) -> Array:
-        """Lengths (k, m) that the robot's model has, of what its sensors show: g y, and l0 of the robot."""
-        out = shown if self.gain is None else shown * self.gain
-        return out if self.zeros is None else out + self.zeros - robot.zeros
-
-    def readings(self, robot: CableRobot, full: Array) -> Array:
-        """What sensors show of lengths (k, m) that the robot's model has: the inverse of `lengths`."""
-        out = full if self.zeros is None else full - self.zeros + robot.zeros
-        return out if self.gain is None else out / self.gain
+    def values(self, robot: CableRobot) -> dict[str, float]:
+        """The same by the names that they have as the robot's."""
+        both = ((GAIN, self.gain), ("l0", self.zeros))
+        return {
+            f"{c}.{symbol}": float(v)
+            for symbol, numbers in both
+            if numbers is not None
+            for c, v in zip(robot.cables, numbers, strict=True)
+        }
 
     def columns(self, shown: Array) -> dict[str, Array]:
-        """What lengths less those of the model (k, m) change by with each parameter."""
+        """What lengths less what the drums wound up (k, m) change by with each parameter, where sensors show (k, m)."""
         out: dict[str, Array] = {}
         for names, of in ((self.gains, shown), (self.owned, np.ones_like(shown))):
             for i, name in enumerate(names):
@@ -59,16 +58,27 @@ class SensorGains:
 
 
 def names_of_gains(robot: CableRobot, names: Iterable[str]) -> tuple[str, ...]:
-    """Those of some parameters that lengths are read with and the robot's file cannot hold."""
+    """Those of some parameters that some lengths had of their own."""
     ends = (f".{GAIN}", *(f".{c}" for c in robot.cables))
     return tuple(n for n in names if n not in robot.table and not n.startswith(f"{PLATFORM}.") and n.endswith(ends))
 
 
 def of_file(found: Identification[Any], values: dict[str, float]) -> tuple[dict[str, float], tuple[str, ...]]:
-    """What the robot's file is written with, the identified weight beside its own values; and what it cannot hold."""
+    """What the robot's file is written with: the identified weight beside its own values, and gains and zeros of one file of lengths as
+    those of the robot; and what it cannot hold, since several files say it differently."""
     seen = {p.name: p.identified for p in found.parameters if p.status in ("identified", "prior")}
     weight = {n: v for n, v in seen.items() if n.startswith(f"{PLATFORM}.") and n not in values}
-    return values | weight, names_of_gains(found.corrected, seen)
+    robot, names = found.corrected, names_of_gains(found.corrected, seen)
+    try:
+        own = sensor_gains(robot, {n: seen[n] for n in names}, _has_zeros(seen), "this run")
+    except ModelError:
+        return values | weight, names
+    return values | weight | own.values(robot), tuple(n for n in names if n not in (*own.gains, *own.owned))
+
+
+def _has_zeros(names: Iterable[str]) -> bool:
+    """Whether zeros of the robot are among some identified names."""
+    return any(n.endswith(".l0") for n in names)
 
 
 def sensor_gains(robot: CableRobot, found: dict[str, float], zeros_found: bool, run: str) -> SensorGains:
@@ -144,6 +154,15 @@ class Calibrated:
         return self.file.robot
 
 
+def open_robot(place: str | os.PathLike[str]) -> CableFile:
+    """A cable robot to be asked: its file, or that of a run folder as it was identified, with what is to be said of the run. Raises
+    InputError."""
+    found = open_calibrated(os.fspath(place))
+    if found.run is None:
+        return found.file
+    return replace(found.file, warnings=(*found.file.warnings, *found.run.remarks, *found.cautions))
+
+
 def open_calibrated(place: str) -> Calibrated:
     """A run folder, or a robot file by itself, of which nothing is known but its numbers. Raises InputError."""
     run = find_run(place)
@@ -163,8 +182,10 @@ def open_calibrated(place: str) -> Calibrated:
     read = read_covariance(told)
     values = {n: read.values[n] for n in seen if n in read.values}
     robot = file.robot.with_values({n: v for n, v in values.items() if n in file.robot.table})
-    file = replace(file, robot=robot, beside=(*file.beside, InputFile(told, read_text(told).sha256)))
     found = {n: values[n] for n in names if n in values}
-    more = sensor_gains(robot, found, any(n.endswith(".l0") for n in seen), place)
+    more = sensor_gains(robot, found, _has_zeros(seen), place)
+    robot = robot if more.gain is None else robot.having(gain=more.gain)
+    robot = robot.with_values({n: v for n, v in more.values(robot).items() if n in robot.table})
+    file = replace(file, robot=robot, beside=(*file.beside, InputFile(told, read_text(told).sha256)))
     aside = tuple(n for n in found if n not in (*more.gains, *more.owned))
     return Calibrated(place, file, run, read, more, aside)

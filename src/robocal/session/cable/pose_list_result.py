@@ -26,7 +26,6 @@ from robocal.cables.pose_list import (
 from robocal.cables.tension import check_method
 from robocal.cables.workspace import Demand
 from robocal.errors import ModelError
-from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.pose_lists import pose_listing, program_listing
 from robocal.files.display import in_units, listing_text
@@ -38,6 +37,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.report.sections import figure
 from robocal.session.cable.cable_result import CableResult
+from robocal.session.cable.calibrated import open_robot
 from robocal.session.cable.start import box_of, clearance_of, examine_start
 from robocal.session.cable.statics_options import mass_of, name_option, robot_inputs, robot_with_limits
 from robocal.session.watching import Watch, computable
@@ -59,7 +59,7 @@ def make_list(o: Any, tell: Watch, command: str = "") -> Listed:
     if o.wanted is None:
         only = ("sigma", "pose_noise", "encoders_only", "criterion")
         o.refuse(only, "this is for a choice, and nothing is chosen", "--choose N beside it")
-    file = read_cable(o.robot)
+    file = open_robot(o.robot)
     si = o.si(file.units)
     able = replace(robot_with_limits(file, si.limits), mass=mass_of(file, si.payload, si.mass))
     clearance, warnings = clearance_of(file, able, si.diameter, o.body, si.relief)

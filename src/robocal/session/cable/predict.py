@@ -62,15 +62,13 @@ class _Asked:
 
 def _lengths(ask: _Asked) -> Prediction:
     """What the sensors show at poses, and the 95 % band of each."""
-    run, robot = ask.run, ask.run.robot
+    robot = ask.run.robot
     rows = read_platform_poses(ask.path, robot)
     with name_row(ask.path, rows):
-        full = inverse(robot, rows.values)[0]
-    shown = run.gains.readings(robot, full)
+        shown = inverse(robot, rows.values)[0]
     slope, by_number = _slopes(ask, rows.values, shown)
     left = _placed(by_number, slope @ motion_field(rows.values[:, :3, 3])[:, list(robot.axes)], ask.whole)
-    if run.gains.gain is not None:
-        left = left / run.gains.gain[:, None]
+    left = robot.shown(left.swapaxes(-1, -2)).swapaxes(-1, -2)
     band = 1e3 * radius(_variance(ask, left[:, :, None]), ask.total.dof)
     names, own = Column("configuration", "", rows.names), list(zip(robot.cables, (1e3 * shown).T, band.T, strict=True))
     listing = Listing((
@@ -85,11 +83,10 @@ def _lengths(ask: _Asked) -> Prediction:
 
 def _poses(ask: _Asked) -> Prediction:
     """Where the platform is by its lengths, and the 95 % radii of its place and turn."""
-    run, robot = ask.run, ask.run.robot
+    robot = ask.run.robot
     rows = read_cable_lengths(ask.path, robot)
-    read = run.gains.lengths(robot, rows.values)
     with name_row(ask.path, rows):
-        found = forward(robot, read)
+        found = forward(robot, rows.values)
     pose, doubts = found.pose, tuple(pose_remarks(rows.names, found, None))
     axes = list(robot.axes)
     slope, by_number = _slopes(ask, pose, rows.values)

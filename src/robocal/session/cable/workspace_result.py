@@ -167,7 +167,10 @@ class Workspace(CableResult):
             return found
         # Beyond the frame all cables pull to one side, which weight does not balance: only the floor cuts, and where weight does not
         # count it does so within the frame alone.
-        lowest = self.robot.frame_points[:, 2].min() - (self.robot.platform_points @ self.demand.rotations.swapaxes(-1, -2))[..., 2].max()
+        lowest = (
+            self.robot.frame_points[:, 2].min()
+            - (self.robot.platform_points @ self.demand.rotations.swapaxes(-1, -2))[..., 2].max()
+        )
         floor = "z-" in found and not (self.demand.closure and self.box[2, 0] <= lowest)
         return ("z-",) if floor else ()
 

@@ -50,17 +50,17 @@ class Options(BaseOptions):
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Array]:
     """Lengths in m, and the list as a CSV in the robot file's units. Raises InputError."""
     from robocal.cables.cable_lengths import inverse
-    from robocal.files.cable.cable_robot import read_cable
     from robocal.files.cable.pose_lists import length_columns, read_platform_poses, tension_columns
     from robocal.files.display import in_units, listing_text
     from robocal.files.text import InputFile
     from robocal.files.writing import refuse_existing
     from robocal.remarks.code import Code
     from robocal.remarks.remark import Remark
+    from robocal.session.cable.calibrated import open_robot
     from robocal.session.cable.statics_options import cable_document, name_row, robot_inputs, tensions_of
 
     refuse_existing(o.output, (), o.force)
-    file = read_cable(o.robot)
+    file = open_robot(o.robot)
     rows = read_platform_poses(o.poses, file.robot)
     pull, said = tensions_of(rows, o.si(file.units).tension, file, o.sag)
     with name_row(o.poses, rows):

@@ -14,7 +14,6 @@ from robocal.cables.boundary import Legs, legs
 from robocal.cables.tension import hold
 from robocal.cables.workspace import Demand
 from robocal.errors import FormatError, ModelError
-from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.pose_lists import pose_columns, read_platform_poses
 from robocal.files.display import listing_text
 from robocal.files.parts import CableDocument
@@ -28,6 +27,7 @@ from robocal.report.cable.scene import scene
 from robocal.report.numbers import significant
 from robocal.report.sections import Detail, Section
 from robocal.session.cable.cable_result import CableResult
+from robocal.session.cable.calibrated import open_robot
 from robocal.session.cable.start import clearance_of
 from robocal.session.cable.statics_options import mass_of, robot_inputs, robot_with_limits
 
@@ -126,7 +126,7 @@ class Motions(CableResult):
 
 def path_of(o: Any, command: str = "") -> Motions:
     """A path by the options of the verb. Raises InputError."""
-    file = read_cable(o.robot)
+    file = open_robot(o.robot)
     si = o.si(file.units)
     rows = read_platform_poses(o.poses, file.robot)
     if len(rows.names) < 2:

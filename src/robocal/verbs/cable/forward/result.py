@@ -94,9 +94,8 @@ def find_poses(o: Any, command: str = "") -> Poses:
     pull, said = tensions_of(rows, si.tension, file, o.sag)
     if file.robot.elasticity is not None and pull is None and not rows.geometric:
         said = (*said, Remark.of(Code.LENGTHS_TAKEN_GEOMETRIC, robot=file.robot.name))
-    lengths = gains.lengths(file.robot, rows.values)
     with name_row(o.lengths, rows):
-        found = forward(file.robot, lengths, tension=pull, sag=o.sag, sigma=si.sigma, starts=o.starts, rng=rng)
+        found = forward(file.robot, rows.values, tension=pull, sag=o.sag, sigma=si.sigma, starts=o.starts, rng=rng)
     if known is not None:
         carried = pose_covariance(file.robot, found.pose, known.names, known.whole, gains.columns(rows.values))
         found = replace(found, covariance=found.covariance + carried)

@@ -15,7 +15,6 @@ from robocal.cables.calibration.per_cable import flat
 from robocal.cables.calibration.propagation import ESTIMATORS, WHAT, ErrorPropagation, Expected, Noise, Requirement
 from robocal.cables.geometry import CableRobot
 from robocal.errors import FormatError, ModelError
-from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.pose_lists import read_platform_poses
 from robocal.files.display import in_units, listing_text
 from robocal.files.parts import CableDocument
@@ -29,6 +28,7 @@ from robocal.report.cable.part import part
 from robocal.report.sections import Detail, Section, Text, ends, figure, listing_table, table
 from robocal.report.sweep import contours
 from robocal.session.cable.cable_result import CableResult
+from robocal.session.cable.calibrated import open_robot
 from robocal.session.cable.statics_options import robot_inputs
 
 __all__ = ["PAIRS", "Required", "compute_requirement", "require_summary"]
@@ -183,7 +183,7 @@ def _in_units(numbers: object, names: Iterable[str]) -> dict[str, UnitValue]:
 
 def compute_requirement(o: Any, command: str = "") -> Required:
     """The requirement by the options of the verb. Raises InputError."""
-    file = read_cable(o.robot)
+    file = open_robot(o.robot)
     rows = read_platform_poses(o.poses, file.robot)
 
     def in_si(option: str, what: str) -> float | None:

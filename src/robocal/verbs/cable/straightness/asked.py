@@ -12,7 +12,6 @@ from robocal.cables.rope import Rope, rope
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
 from robocal.errors import FormatError, ModelError
-from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.pose_lists import CableList, read_platform_poses
 from robocal.files.text import InputFile
@@ -21,6 +20,7 @@ from robocal.progress import Watch
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.cable import statics_options as statics
+from robocal.session.cable.calibrated import open_robot
 from robocal.session.cable.load_fits import LoadFit, Loads, fit_loads
 from robocal.session.cable.straightness_result import Straightness
 
@@ -31,7 +31,7 @@ MOST = 5  # grid: poses that are named
 
 def compute_straightness(o: Any, watch: Watch | None = None, command: str = "") -> Straightness:
     """What the options of the verb ask for. Raises InputError."""
-    file = read_cable(o.robot)
+    file = open_robot(o.robot)
     si = o.si(file.units)
     wanted = parse_quantity(o.wanted, "m", key="--wanted")
     at = _tensions(o.at, file)

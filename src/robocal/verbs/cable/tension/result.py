@@ -15,7 +15,6 @@ from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import Distribution, capacity_margin, distribute
 from robocal.cables.tension_choice import POWER
 from robocal.errors import FormatError, ModelError
-from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.pose_lists import WRENCH, CableList, pose_columns, read_platform_poses, tension_columns
 from robocal.files.display import in_units, listing_text
 from robocal.files.parts import CableDocument
@@ -32,6 +31,7 @@ from robocal.report.numbers import significant
 from robocal.report.sections import Detail, Section
 from robocal.session.cable import statics_options as statics
 from robocal.session.cable.cable_result import CableResult
+from robocal.session.cable.calibrated import open_robot
 
 __all__ = ["Tensions", "compute_tensions"]
 
@@ -43,7 +43,7 @@ MOST = 5
 
 def compute_tensions(o: Any, command: str = "") -> Tensions:
     """Tensions with what they hold, margins and missing wrenches, by the options of the verb. Raises InputError."""
-    file = read_cable(o.robot)
+    file = open_robot(o.robot)
     si, power = o.si(file.units), POWER if o.power is None else o.power
     able, lever = statics.robot_with_limits(file, si.limits), si.length or 1.0
     weight = statics.mass_of(file, si.payload, si.mass)

@@ -18,13 +18,13 @@ from robocal.cables.geometry import CableRobot
 from robocal.cables.grid_regions import Regions, frame_box, regions, visible_share
 from robocal.cables.workspace import Demand, Grid, accelerations, as_box, dexterities, grid, holds
 from robocal.errors import ModelError
-from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.units import numbers_of
 from robocal.geometry import so3
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.cable import statics_options as statics
+from robocal.session.cable.calibrated import open_robot
 from robocal.session.cable.workspace_result import PLANES, RayStart, Workspace
 from robocal.session.watching import Watch
 
@@ -105,7 +105,7 @@ SEEN = 0.99  # the share of the held cells that the start has to see without one
 def workspace(o: Any, command: str = "", watch: Watch | None = None) -> Workspace:
     """The workspace for what is demanded, by the options of the verb. Raises InputError."""
     tell: Watch = watch or (lambda event: None)
-    file = read_cable(o.robot)
+    file = open_robot(o.robot)
     si = o.si(file.units)
     demand = demand_of(file, o, si)
     able = statics.redundant_robot(file, 1) if demand.closure else statics.robot_with_limits(file, si.limits)
