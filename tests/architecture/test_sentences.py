@@ -36,9 +36,11 @@ FACTS = {
         Code.SAG_TAKEN,
         Code.BEYOND_TAKEN,
         Code.ZEROS_LEFT_ASIDE,
+        Code.ZEROS_OF_ONE_POSE,
         Code.NOTHING_MOVED,
         Code.SMALLEST_DRIFT,
         Code.CALIBRATION_CARRIED,
+        Code.SHAPE_CARRIED,
     ),
     Code.JOINT_LOADS_APART,
     *(Code.HAND_EYE_LOST,),  # beside what explains it

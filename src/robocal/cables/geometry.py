@@ -147,6 +147,11 @@ class CableRobot(Unjointed):
         found = self._table_values((GAIN,), self.cables)[:, 0]
         return np.where(np.isnan(found), 1.0, found)
 
+    @property
+    def states_gains(self) -> bool:
+        """Whether the gains of its drums are parameters of it."""
+        return any(self.row(f"{c}.{GAIN}") in self.table for c in self.cables)
+
     def shown(self, lengths: Array) -> Array:
         """What the sensors show of lengths (k, m) less their zeros."""
         return lengths / self.gain

@@ -120,6 +120,12 @@ class Opened(Generic[M]):
         """The same for people."""
         yield from ()
 
+    @property
+    def line_to_free(self) -> str:
+        """What to write into its file where nothing is free: what a calibration of such a machine finds, as a rule."""
+        names = dict.fromkeys(n.rpartition(".")[2] for n in self.machine.geometric)
+        return f"calibrate: {{free: [{', '.join(names)}]}}" if names else ""
+
     def need_arm(self, expected: str = "an arm") -> Robot:
         """The file of an arm. Raises ModelError for another machine; `expected` says what to do with that."""
         if self.arm is None:

@@ -43,6 +43,7 @@ CABLE: Mapping[str, str] = MappingProxyType({
     "workspace": "Where the platform can be held.",
     "poses": "Poses that can be reached.",
     "contact": "Check a given path for contacts and tensions.",
+    "rezero": "Zeros of the length sensors after power-up.",
     "require": "Sensors and poses that a calibration needs.",
     "drift": "Which anchor moved between calibrations?",
     "straightness": "Sag and stretch, and the tension that keeps them small.",

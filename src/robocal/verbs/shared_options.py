@@ -8,9 +8,9 @@ from typing import Annotated
 from robocal.verbs.option import Arg, Option
 
 __all__ = [
-    "AnyRobot", "Base", "CableRobot", "CableTension", "Data", "Diameter", "Exclude", "Force", "Frame", "History", "Kind", "MomentLength",
-    "Noise", "OutputFile", "Payload", "PlatformBody", "PlatformMass", "PlatformPoses", "Relief", "Robot", "Sag", "Seed", "TensionLimits",
-    "TensionMethod", "Tip",
+    "AnyRobot", "Base", "CableRobot", "CableTension", "Data", "Diameter", "Exclude", "Force", "Frame", "History", "Kind", "KindToFillIn",
+    "MomentLength", "Noise", "OutputFile", "Payload", "PlatformBody", "PlatformMass", "PlatformPoses", "Relief", "Robot", "Sag", "Seed",
+    "TensionLimits", "TensionMethod", "Tip",
 ]  # fmt: skip
 
 Robot = Annotated[
@@ -34,6 +34,14 @@ History = Annotated[
 # What `measure.kinds` knows and a rig shows; a test holds them equal, for help imports neither.
 KINDS = "position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, sphere, pixels"
 Kind = Annotated[str, Option(f"What is measured: {KINDS}", "KIND")]
+KindToFillIn = Annotated[
+    str | None,
+    Option(
+        f"What is measured: {KINDS}; of a cable robot lengths, pose, position",
+        "KIND",
+        otherwise="position; of a cable robot lengths and pose",
+    ),
+]
 Noise = Annotated[
     float | None, Option("Standard deviation per axis", "SIGMA", unit="length", least=0, otherwise="0.05 mm, converted")
 ]

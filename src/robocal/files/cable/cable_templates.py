@@ -1,6 +1,16 @@
-"""Commented files of a cable robot to start from: robot.yaml with every key, and a list of poses."""
+"""Commented files of a cable robot to start from: robot.yaml with every key, a list of poses, and the data of a calibration."""
 
 from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from robocal.cables.cable_lengths import inverse
+from robocal.files.cable.cable_robot import parse_cable
+from robocal.files.cable.data_templates import data_templates
+from robocal.files.text import Source
+from robocal.geometry import se3
 
 __all__ = ["cable_templates"]
 
@@ -30,24 +40,25 @@ platform_anchors:    # where they are attached; axes of the platform
   B6: [-50, 150, 100]
   B7: [-50, -150, 100]
   B8: [50, -150, 100]
-cables:    # which anchor joins which; three to twelve. zero: geometric length less what the sensor shows
-  - {name: c1, frame: A1, platform: B1, zero: 0}
-  - {name: c2, frame: A2, platform: B2, zero: 0}
-  - {name: c3, frame: A3, platform: B3, zero: 0}
-  - {name: c4, frame: A4, platform: B4, zero: 0}
-  - {name: c5, frame: A5, platform: B5, zero: 0}
-  - {name: c6, frame: A6, platform: B6, zero: 0}
-  - {name: c7, frame: A7, platform: B7, zero: 0}
-  - {name: c8, frame: A8, platform: B8, zero: 0}
+cables:    # which anchor joins which; three to twelve. length of a cable = gain x what its sensor shows + zero
+  - {name: c1, frame: A1, platform: B1, zero: 0, gain: 1}
+  - {name: c2, frame: A2, platform: B2, zero: 0, gain: 1}
+  - {name: c3, frame: A3, platform: B3, zero: 0, gain: 1}
+  - {name: c4, frame: A4, platform: B4, zero: 0, gain: 1}
+  - {name: c5, frame: A5, platform: B5, zero: 0, gain: 1}
+  - {name: c6, frame: A6, platform: B6, zero: 0, gain: 1}
+  - {name: c7, frame: A7, platform: B7, zero: 0, gain: 1}
+  - {name: c8, frame: A8, platform: B8, zero: 0, gain: 1}
 every_cable:    # a cable may say its own instead
   tension: [20, 600]    # least and greatest
   diameter: 4
-  elasticity: 2.0e-5    # strain per tension, 1 / EA
+  # elasticity: 2.0e-5    # strain per tension, 1 / EA
   density: {value: 0.1, unit: N/m}    # weight per length
   # pulley: {radius: 50, axis: [0, 0, 1]}
 platform:
   mass: 8
   centre_of_mass: [0, 0, 0]
+calibrate: {free: [ax, ay, az, gain]}    # what is to be found: also bx, by, bz, l0, a cable, or single names such as c1.ax
 # source: where these numbers come from
 """
 POSES = """# Example poses of the platform: put yours here. Units are those in the headers; rx, ry, rz is a rotation vector.
@@ -60,6 +71,12 @@ tilted,400,-300,1000,5,-5,0
 """
 
 
-def cable_templates() -> dict[str, str]:
-    """The texts of robot.yaml and poses.csv; the two are valid together, and every pose is held."""
-    return {"robot.yaml": ROBOT, "poses.csv": POSES}
+def cable_templates(kind: str | None = None) -> dict[str, str]:
+    """The texts of robot.yaml, poses.csv and data files (of a `kind`, else all); they are valid together, and every pose is held."""
+    texts = {"robot.yaml": ROBOT, "poses.csv": POSES}
+    file = parse_cable(Source(Path("robot.yaml"), ROBOT, ""))
+    vectors = np.array([[float(v) for v in line.split(",")[1:]] for line in POSES.splitlines()[2:]])
+    poses = se3.from_vector(vectors * np.repeat([1e-3, np.pi / 180], 3))
+    ids = [line.split(",")[0] for line in POSES.splitlines()[2:]]
+    rows = np.round(inverse(file.robot, poses)[0], 6), poses
+    return texts | data_templates(file.robot, file.units, ids, rows, kind=kind)

@@ -141,8 +141,7 @@ def _cables(robot: CableRobot, units: CableUnits) -> list[str]:
     """One line per cable, and one for what they have in common."""
     common, own = [], []
     for key, (what, si) in MATERIALS.items():
-        stated = key != GAIN or any(robot.row(f"{c}.{GAIN}") in robot.table for c in robot.cables)
-        if not stated or (numbers := getattr(robot, what)) is None:
+        if (key == GAIN and not robot.states_gains) or (numbers := getattr(robot, what)) is None:
             continue
         each = [
             f"{key}: {_shown(robot, f'{c}.{key}', v, units.of(si))}" for c, v in zip(robot.cables, numbers, strict=True)

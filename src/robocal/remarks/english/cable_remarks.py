@@ -83,6 +83,10 @@ class CableRemarks:
     CALIBRATION_CARRIED = Phrase(
         "standard deviations include the uncertainty of the calibration of {run}, beside the noise of these lengths"
     )
+    SHAPE_CARRIED = Phrase(
+        "standard deviations include the uncertainty of the calibration of {run}, wherever its base stands: no measurement shows that, and "
+        "it is placed best over these rows"
+    )
     STRETCH_TAKEN = Phrase("stretch is removed from the lengths, up to {most}, by {how} tensions")
     BASE_NOT_MEASURED = Phrase(
         "{runs}: no instrument stood on the base, so only the shape is known: the base may differ by a motion",
@@ -262,6 +266,11 @@ class CableRemarks:
         "no cell of the grid can be held: the nearest to it, at {at} {length}, lacks {lack:.3g} {force} or more; but the "
         "start of the rays can be held",
         "Choose a smaller --box, or more --cells.",
+    )
+    ZEROS_OF_ONE_POSE = Phrase("the zeros come from one pose: what it is off by stands in every length")
+    ZEROS_DISAGREE = Phrase(
+        "the zeros of single poses differ by up to {most} ({cable}), more than {sigma} of noise makes them",
+        "Check the poses and the rows of the lengths, or calibrate anew. Where poses are known worse than that, --sigma states it.",
     )
     LOAD_NOT_ABOVE = Phrase(
         "the loads leave the {what} of the cable between {low:.3g} and {high:.3g} (95 %), and every cable has one above zero",

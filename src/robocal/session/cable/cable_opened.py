@@ -191,6 +191,12 @@ class OpenedCable(Opened[CableRobot]):
         """Its cables, and what is known of them."""
         return {"cables": list(self.file.robot.cables), "cable_robot": facts(self.file.robot)}
 
+    @property
+    def line_to_free(self) -> str:
+        """Frame anchors and zeros, and gains where the file states some: what a tape measure and a drawing leave."""
+        gains = ", gain" if self.file.robot.states_gains else ""
+        return f"calibrate: {{free: [ax, ay, az, l0{gains}]}}"
+
     def sections(self) -> Iterator[Section]:
         """Every cable, and the platform in a few lines."""
         yield from summary(self.file)

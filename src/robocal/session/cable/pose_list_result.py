@@ -27,6 +27,7 @@ from robocal.cables.tension import check_method
 from robocal.cables.workspace import Demand
 from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
+from robocal.files.cable.data_templates import data_templates
 from robocal.files.cable.pose_lists import pose_listing, program_listing
 from robocal.files.display import in_units, listing_text
 from robocal.files.parts import CableDocument
@@ -88,6 +89,7 @@ def make_list(o: Any, tell: Watch, command: str = "") -> Listed:
     return Listed(
         file=file.with_machine(able), names=tuple(f"p{i + 1:0{len(str(o.count))}d}" for i in range(o.count)), start=begin, box=z,
         clearance=clearance, listing=listing, program=made, method=o.method, margin=o.margin, seed=o.seed, choice=choice,
+        noise_stated=o.sigma is not None,
         warnings=(*file.warnings, *warnings, *_doubts(listing, noise, o, file)), inputs=robot_inputs(file, o.robot), command=command,
     )  # fmt: skip
 
@@ -213,6 +215,7 @@ class Listed(CableResult):
     margin: float
     seed: int
     choice: PoseChoice | None
+    noise_stated: bool
 
     title: ClassVar[str] = "poses that can be reached"
 
@@ -280,7 +283,7 @@ class Listed(CableResult):
         )  # fmt: skip
 
     def texts(self) -> Mapping[str, str | bytes]:
-        """The list, the program (of the chosen poses where some were chosen), and the document."""
+        """The list, the program and the document; where poses were chosen, these, their program, and data files to fill in."""
         units, choice = self.file.units, self.choice
         order = np.arange(len(self.names)) if choice is None else choice.chosen
         out: dict[str, str | bytes] = {
@@ -290,4 +293,14 @@ class Listed(CableResult):
         }
         if choice is not None:
             out["chosen.csv"] = listing_text(self.pose_rows.without("rank").take(order.tolist()), units)
+            noise, ids = choice.noise, [self.names[i] for i in order]
+            read = (noise.position or None, noise.orientation or None)
+            out |= data_templates(
+                self.robot,
+                units,
+                ids,
+                sigma=noise.length if self.noise_stated else None,
+                noise=read,
+                kind=None if noise.measured else "lengths",
+            )
         return out

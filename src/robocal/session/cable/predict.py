@@ -17,7 +17,6 @@ from robocal._record import record
 from robocal._types import Array
 from robocal.cables.cable_lengths import inverse
 from robocal.cables.forward import forward
-from robocal.cables.gradient import by_parameters
 from robocal.errors import FileError
 from robocal.estimate.uncertainty import Total, radius
 from robocal.files.cable.pose_lists import CableList, read_cable_lengths, read_platform_poses
@@ -32,6 +31,7 @@ from robocal.quantities import Column, Listing
 from robocal.remarks.remark import Remark
 from robocal.report.sections import figure
 from robocal.session.cable.calibrated import Calibrated, open_calibrated
+from robocal.session.cable.carried import moved_by_numbers, place_best, slopes_of, variance_of
 from robocal.session.cable.pose_remarks import pose_remarks
 from robocal.session.cable.statics_options import name_row, robot_inputs
 from robocal.session.prediction import Prediction
@@ -62,14 +62,15 @@ class _Asked:
 
 def _lengths(ask: _Asked) -> Prediction:
     """What the sensors show at poses, and the 95 % band of each."""
-    robot = ask.run.robot
+    run, robot = ask.run, ask.run.robot
     rows = read_platform_poses(ask.path, robot)
     with name_row(ask.path, rows):
         shown = inverse(robot, rows.values)[0]
-    slope, by_number = _slopes(ask, rows.values, shown)
-    left = _placed(by_number, slope @ motion_field(rows.values[:, :3, 3])[:, list(robot.axes)], ask.whole)
+    slope, left = slopes_of(run, ask.total, rows.values, shown)
+    if not ask.whole:
+        left = place_best(left, slope @ motion_field(rows.values[:, :3, 3])[:, list(robot.axes)])
     left = robot.shown(left.swapaxes(-1, -2)).swapaxes(-1, -2)
-    band = 1e3 * radius(_variance(ask, left[:, :, None]), ask.total.dof)
+    band = 1e3 * radius(variance_of(ask.total, left[:, :, None]), ask.total.dof)
     names, own = Column("configuration", "", rows.names), list(zip(robot.cables, (1e3 * shown).T, band.T, strict=True))
     listing = Listing((
         names,
@@ -83,18 +84,15 @@ def _lengths(ask: _Asked) -> Prediction:
 
 def _poses(ask: _Asked) -> Prediction:
     """Where the platform is by its lengths, and the 95 % radii of its place and turn."""
-    robot = ask.run.robot
+    run, robot = ask.run, ask.run.robot
     rows = read_cable_lengths(ask.path, robot)
     with name_row(ask.path, rows):
         found = forward(robot, rows.values)
     pose, doubts = found.pose, tuple(pose_remarks(rows.names, found, None))
     axes = list(robot.axes)
-    slope, by_number = _slopes(ask, pose, rows.values)
-    moved = np.full((len(pose), len(axes), by_number.shape[2]), np.nan)
-    good = np.asarray(np.isfinite(slope).all(axis=(1, 2)))
-    moved[good] = -np.linalg.pinv(slope[good]) @ by_number[good]
-    left = _placed(moved, motion_field(pose[:, :3, 3])[:, axes], ask.whole)
-    spread = _variance(ask, left)
+    left = moved_by_numbers(run, ask.total, pose, rows.values, ask.whole)
+    good = np.asarray(np.isfinite(left).all(axis=(1, 2)))
+    spread = variance_of(ask.total, left)
     place, turn = [i for i, a in enumerate(axes) if a < 3], [i for i, a in enumerate(axes) if a >= 3]
     band = 1e3 * radius(spread[:, place][:, :, place], ask.total.dof)
     spin = np.degrees(radius(spread[:, turn][:, :, turn], ask.total.dof)) if turn else np.zeros(len(pose))
@@ -129,30 +127,3 @@ def _prediction(
         warnings=(*run.file.warnings, *rows.warnings, *run.remarks, *doubts), what=what, table=table, trusted=not doubts,
         shapes=partial(shapes_of_rows, run.robot, rows.names, poses),
     )  # fmt: skip
-
-
-def _slopes(ask: _Asked, pose: Array, shown: Array) -> tuple[Array, Array]:
-    """Slopes of the lengths by the twist in the robot's components (k, m, d), and by all numbers of the run (k, m, n)."""
-    names, robot = ask.total.names, ask.run.robot
-    slope, by_number = by_parameters(robot, pose, names)
-    for name, column in ask.run.gains.columns(shown).items():
-        if name in names:
-            by_number[..., names.index(name)] += column
-    return slope[..., list(robot.axes)], by_number
-
-
-def _placed(slopes: Array, moved: Array, whole: bool) -> Array:
-    """Slopes (k, r, n) less what one motion of the base makes of each, with `moved` (k, r, 6) what its motions do; all of them where the
-    place of the base is part of it."""
-    if whole:
-        return slopes
-    known = np.isfinite(slopes).all(axis=(1, 2))
-    field = moved[known].reshape(-1, 6)
-    motion = np.linalg.lstsq(field, slopes[known].reshape(len(field), -1), rcond=None)[0]
-    return np.asarray(slopes - moved @ motion)
-
-
-def _variance(ask: _Asked, slopes: Array) -> Array:
-    """Covariances (..., r, r) of what follows by slopes (..., r, n). Root by root, so that large errors that cancel leave no rounding."""
-    hidden = slopes @ ask.total.hidden
-    return np.asarray(slopes @ ask.total.noise @ slopes.swapaxes(-1, -2) + hidden @ hidden.swapaxes(-1, -2))

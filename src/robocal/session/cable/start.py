@@ -24,7 +24,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.cable.statics_options import missing_text, no_direction
 
-__all__ = ["body_of", "box_of", "clearance_of", "examine_start"]
+__all__ = ["body_of", "box_of", "clearance_of", "examine_start", "pose_of"]
 
 TURN = math.radians(30.0)
 
@@ -38,7 +38,7 @@ def examine_start(file: CableFile, robot: CableRobot, clearance: Clearance, said
         if pose is None:
             raise ModelError(_none(), key="--start", found=said, expected="other tension limits, or another start")
     else:
-        pose = robot.home if said == "mean" else _pose(file, robot, said)
+        pose = robot.home if said == "mean" else pose_of(file, robot, said)
     lost = ~np.isfinite(structure_of(robot, pose[None], strict=False)[0]).all(axis=0)
     if lost.any():
         message = no_direction(robot.cables[int(np.argmax(lost))], "the start X_0")
@@ -63,17 +63,19 @@ def _none() -> str:
     return f"none of {CELLS} cells along each direction bears a disturbance and is free of contact"
 
 
-def _pose(file: CableFile, robot: CableRobot, said: str) -> Array:
+def pose_of(file: CableFile, robot: CableRobot, said: str, key: str = "--start") -> Array:
+    """A pose (4, 4) from X,Y,Z or X,Y,Z,RX,RY,RZ in the units of the file, as the option `key` says it. Raises ModelError."""
     many = said.count(",") + 1
     if many not in (3, 6):
-        raise ModelError("not a start", key="--start", found=said, expected="mean, best, X,Y,Z or X,Y,Z,RX,RY,RZ")
+        words = "mean, best, " if key == "--start" else ""
+        raise ModelError("not a pose", key=key, found=said, expected=f"{words}X,Y,Z or X,Y,Z,RX,RY,RZ")
     values = np.zeros(6)
-    values[:many] = numbers_of(said, "X,Y,Z" if many == 3 else "X,Y,Z,RX,RY,RZ", key="--start")
+    values[:many] = numbers_of(said, "X,Y,Z" if many == 3 else "X,Y,Z,RX,RY,RZ", key=key)
     values[:3] = file.units.length.to_si(values[:3])
     values[3:] = file.units.angle.to_si(values[3:])
     if any(values[i] != 0 and i not in robot.axes for i in range(3, 6)):
         message = f"a robot with {robot.degrees} does not turn so"
-        raise ModelError(message, key="--start", found=said, expected="X,Y,Z, or 0 there")
+        raise ModelError(message, key=key, found=said, expected="X,Y,Z, or 0 there")
     return np.asarray(se3.from_vector(values[None])[0])
 
 

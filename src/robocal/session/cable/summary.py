@@ -58,6 +58,7 @@ def _cables(robot: CableRobot) -> Listing:
             else [("runs along", "", [ways.sum_of(i) for i in range(len(robot.cables))])]
         ),
         ("zero", "m", robot.zeros),
+        ("gain", "", robot.gain if robot.states_gains else None),
         ("tension", "N", robot.limits),
         ("diameter", "m", robot.diameter),
         ("elasticity", "1/N", robot.elasticity),
@@ -65,7 +66,7 @@ def _cables(robot: CableRobot) -> Listing:
     ]
     if wheels is not None and ways.is_plain:
         axes = [axis if radius > 0 else None for axis, radius in zip(wheels.axis.tolist(), wheels.radius, strict=True)]
-        columns[5:5] = [("pulley", "m", wheels.radius), ("pulley axis", "", axes)]
+        columns[6:6] = [("pulley", "m", wheels.radius), ("pulley axis", "", axes)]
     return Listing((Column("cable", "", robot.cables), *(Column(n, u, v) for n, u, v in columns if v is not None)))
 
 

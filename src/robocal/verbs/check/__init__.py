@@ -66,6 +66,8 @@ def sections(made: Outcome[Checked]) -> Iterator[Section]:
     if found.outliers:
         yield outlier_blocks([outlier(o) for o in found.outliers])
     yield from ends(made.remarks)
+    if line := found.line_to_write:
+        yield Section.of("", Text.of(f"To identify something, write into the robot's file: {line}"))
 
 
 def _instruments(found: Checked) -> Table:

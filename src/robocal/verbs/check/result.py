@@ -129,6 +129,12 @@ class Checked(VerbResult):
     misfit_of_all: float | None = None  # the mean error with gross rows
 
     @property
+    def line_to_write(self) -> str:
+        """The line of the robot's file that frees something, where nothing of the robot is free."""
+        table = self.robot.machine.table
+        return self.robot.line_to_free if table.rows and not table.free else ""
+
+    @property
     def document(self) -> CheckDocument:
         """The same for machines."""
         machine, file, seen, facts = self.robot.machine, self.robot.file, self.identifiability, self.robot.facts

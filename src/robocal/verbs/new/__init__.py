@@ -21,9 +21,9 @@ __all__ = ["Options", "run", "sections"]
 
 @record
 class Options(BaseOptions):
-    """Write a robot file, a data file and a table to fill in; for a cable robot, its file and a list of poses.
+    """Write a robot file, a data file and a table to fill in; for a cable robot, its file, a list of poses and the data of a calibration.
 
-    For a robot that has a file, such as a URDF, only the data file and the table are written. With --table the data file describes a
+    For a robot that has a file, such as a URDF, only data files and tables are written. With --table the data file describes a
     table that you have: separator, decimal comma, columns and units, as its headers say.
 
     \b
@@ -33,12 +33,13 @@ class Options(BaseOptions):
     robocal new robot.urdf --table export.csv -o cell
     robocal new mdh-hayati --joints 5 -o cell
     robocal new cable -o cell
+    robocal new cell/robot.yaml --kind lengths -o monday
     """
 
     robot: str | None = arg(None, "ROBOT", "A catalogue name, a convention, cable, or the file of a robot.")
     output: Path = option(Path("."), "Folder for the files", "DIR", short="-o")
     joints: int = option(6, "How many, when ROBOT is a convention", "N", least=1, most=30)
-    kind: w.Kind = "position"
+    kind: w.KindToFillIn = None
     table: Path | None = option(None, "Describe this table of measurements; its headers say the kind", "FILE")
     listing: bool = option(False, "List the catalogue and the conventions", name="--list")
     force: w.Force = False
@@ -47,8 +48,8 @@ class Options(BaseOptions):
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[New | Catalogue]:
-    """Writes robot.yaml, data.yaml and measurements.csv; of a cable robot robot.yaml and poses.csv. Raises ModelError for an
-    unknown name, FileError for a file that exists."""
+    """Writes robot.yaml, data.yaml and measurements.csv; of a cable robot robot.yaml, poses.csv and the data of a calibration.
+    Raises ModelError for an unknown name, FileError for a file that exists."""
     from robocal.errors import ModelError
     from robocal.verbs.new.result import listing, new
 
@@ -79,14 +80,16 @@ def sections(made: Outcome[New | Catalogue]) -> Iterator[Section]:
         yield Section.of("", table("convention", "each joint is", "complete", title=title, rows=rules), *words)
         return
     head = f"{found.name}, convention {found.convention}:" if found.convention else f"{found.name}:"
-    verb = "check" if found.convention else "cable tension"
     todo = "Fill them in, then" if found.table is None else f"{found.table} is described; next"
     if found.unstated:
         todo = f"{found.table} does not state every unit: write it where data.yaml says {found.unstated}, then"
-    beside = next(p for p in found.written if p != found.robot)  # the data file, or the poses of a cable robot
+    data = [quote(str(p)) for p in found.written if p != found.robot and p.suffix == ".yaml"]
+    robot = quote(str(found.robot))
+    where = f"Where to measure: robocal cable poses {robot} --choose 20 -o list" if found.chooses else None
     yield Section.of(
         "",
         Text.of(head),
         *(Text.of(str(path), indent=2) for path in made.written),
-        Text.of(f"{todo}: robocal {verb} {quote(str(found.robot))} {quote(str(beside))}"),
+        None if where is None else Text.of(where),
+        Text.of(f"{todo}: robocal check {robot} {' '.join(data)}"),
     )

@@ -15,10 +15,14 @@ from robocal.arms.chain import Chain
 from robocal.arms.conventions import CONVENTIONS
 from robocal.errors import ModelError, nearest
 from robocal.files.cable.cable_templates import cable_templates
+from robocal.files.cable.data_templates import data_templates
+from robocal.files.opened_file import machine_kind
+from robocal.files.runfolder import ROBOTS
 from robocal.files.table_description import UNSTATED, describe_table
 from robocal.files.templates import convention_chain, templates
 from robocal.files.writing import refuse_existing, write_files
 from robocal.measure.data import DataSet
+from robocal.session.cable.calibrated import open_robot
 from robocal.session.inputs import open_arm
 from robocal.session.simulated_robot import sample_joints
 from robocal.simulation.rigs import RIGS, Instrument, measure
@@ -26,6 +30,7 @@ from robocal.simulation.rigs import RIGS, Instrument, measure
 __all__ = ["CABLE", "Catalogue", "New", "listing", "new"]
 
 ROWS = 12  # of the example table
+BLANK = 20  # rows to fill in, of a cable robot
 CABLE = "cable"  # what a cable robot is asked for by
 
 
@@ -40,6 +45,11 @@ class New:
     written: tuple[Path, ...]
     table: Path | None = None
     unstated: str = ""
+
+    @property
+    def chooses(self) -> bool:
+        """Whether poses to measure are chosen by a verb of cable robots."""
+        return self.convention is None
 
 
 @record
@@ -81,12 +91,15 @@ def listing() -> Catalogue:
 
 
 def new(o: Any) -> New:
-    """Writes robot.yaml, data.yaml and measurements.csv of an arm, by the options of the verb; of one that has a file of its own, all
-    but the first; of a cable robot robot.yaml and poses.csv. Raises ModelError for an unknown name, FileError for a file that exists."""
+    """Writes robot.yaml, data.yaml and measurements.csv of an arm, by the options of the verb; of one that has a file of its own,
+    all but the first; of a cable robot robot.yaml, poses.csv and data files. Raises ModelError for an unknown name, FileError for a
+    file that exists."""
     if o.robot == CABLE:
-        o.refuse(("joints", "kind", "table", "base", "tip"), "a cable robot does not have this option", "an arm")
-        return _write(o, "my cable robot", None, None, cable_templates())
-    kind, robot = o.kind, o.robot
+        o.refuse(("joints", "table", "base", "tip"), "a cable robot does not have this option", "an arm")
+        return _write(o, "my cable robot", None, None, cable_templates(o.kind))
+    kind, robot = o.kind or "position", o.robot
+    if _is_cable(robot):
+        return _of_cables(o)
     if kind not in RIGS:
         near, expected = nearest(kind, RIGS), ", ".join(RIGS)
         raise ModelError("unknown kind", key="--kind", found=kind, expected=expected, suggestion=near)
@@ -105,10 +118,25 @@ def new(o: Any) -> New:
     texts = templates(arm, kind=kind, example=_example(arm, kind))
     if o.table is not None:
         del texts["measurements.csv"]
-        texts["data.yaml"] = describe_table(o.table, arm, kind if o.departs("kind") else None, o.output)
+        texts["data.yaml"] = describe_table(o.table, arm, o.kind, o.output)
     if own is not None:
         del texts["robot.yaml"]
     return _write(o, arm.name, arm.convention, own, texts)
+
+
+def _is_cable(robot: str) -> bool:
+    """Whether this is the file or the run folder of a cable robot."""
+    place = Path(robot)
+    return machine_kind(place / ROBOTS[0] if place.is_dir() else place) == CABLE
+
+
+def _of_cables(o: Any) -> New:
+    """Data files of a cable robot that has a file of its own, for its sensors and an instrument."""
+    o.refuse(("joints", "table", "base", "tip"), "a cable robot does not have this option", "an arm")
+    file = open_robot(o.robot)
+    ids = [f"p{i + 1:02d}" for i in range(BLANK)]
+    texts = data_templates(file.robot, file.units, ids, kind=o.kind)
+    return _write(o, file.robot.name, None, Path(o.robot), texts)
 
 
 def _write(o: Any, name: str, convention: str | None, own: Path | None, texts: Mapping[str, str]) -> New:

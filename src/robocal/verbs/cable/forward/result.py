@@ -21,6 +21,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.cable.cable_result import CableResult
 from robocal.session.cable.calibrated import open_calibrated
+from robocal.session.cable.carried import carried_covariance
 from robocal.session.cable.pose_remarks import pose_remarks
 from robocal.session.cable.statics_options import name_row, robot_inputs, tensions_of
 
@@ -97,9 +98,13 @@ def find_poses(o: Any, command: str = "") -> Poses:
     with name_row(o.lengths, rows):
         found = forward(file.robot, rows.values, tension=pull, sag=o.sag, sigma=si.sigma, starts=o.starts, rng=rng)
     if known is not None:
-        carried = pose_covariance(file.robot, found.pose, known.names, known.whole, gains.columns(rows.values))
+        if calibrated.base_is_known:
+            carried = pose_covariance(file.robot, found.pose, known.names, known.whole, gains.columns(rows.values))
+        else:
+            carried = carried_covariance(calibrated, found.pose, rows.values)
         found = replace(found, covariance=found.covariance + carried)
-        said = (*said, Remark.of(Code.CALIBRATION_CARRIED, run=o.robot))
+        code = Code.CALIBRATION_CARRIED if calibrated.base_is_known else Code.SHAPE_CARRIED
+        said = (*said, Remark.of(code, run=o.robot))
     return Poses(
         file=file, names=rows.names, solution=found, cautions=calibrated.cautions,
         warnings=(*file.warnings, *rows.warnings, *said, *calibrated.remarks), reasons=tuple(pose_remarks(rows.names, found, si.sigma)),

@@ -18,12 +18,15 @@ if TYPE_CHECKING:
 
 __all__ = ["Options", "details", "run", "sections"]
 
-FILES = ("poses.csv", "program.csv", "chosen.csv", "list.json", "report.html")
+DATA = ("lengths.yaml", "lengths.csv", "poses.yaml", "measured.csv")  # as `files.cable.data_templates` calls them
+FILES = ("poses.csv", "program.csv", "chosen.csv", *DATA, "list.json", "report.html")
 
 
 @record
 class Options(BaseOptions):
     """Poses that the platform can reach and leave again: with feasible tensions on the whole path, and without contact of a cable.
+
+    With --choose the folder also gets lengths.yaml and poses.yaml with their tables, to fill in what is measured at the chosen poses.
 
     \b
     robocal cable poses robot.yaml -n 500 --choose 20 -o list
@@ -63,7 +66,10 @@ class Options(BaseOptions):
     encoders_only: bool = option(False, "For --choose: no instrument measures poses")
     seed: w.Seed = 0
     output: Path | None = option(
-        None, "Write poses.csv, program.csv, list.json and report.html here", "DIR", short="-o"
+        None,
+        "Write poses.csv, program.csv, list.json and report.html here; with --choose chosen.csv, and data files to fill in",
+        "DIR",
+        short="-o",
     )
     force: w.Force = False
 
