@@ -67,6 +67,15 @@ def _numbers(robot: CableRobot) -> None:
             require(0 <= value < np.inf, word, key=f"{cable}.{what}", found=value, expected="0 or more")
     for cable, gain in zip(robot.cables, robot.gain.tolist(), strict=True):
         require(0 < gain < np.inf, "a gain is above 0", key=f"{cable}.gain", found=gain, expected="a number near 1")
+    for cable, growth in zip(robot.cables, robot.build_up.tolist(), strict=True):
+        expected = "a small number, as 0.02 per m"
+        require(
+            abs(growth) < np.inf,
+            "a build-up that is no number",
+            key=f"{cable}.build_up",
+            found=growth,
+            expected=expected,
+        )
     for cable, radius in zip(robot.segments.names, () if robot.wheels is None else robot.wheels.radius, strict=False):
         require(radius >= 0, "a negative radius", key=f"{cable}.pulley", expected="0 or more")
     massive = robot.mass is None or robot.mass > 0

@@ -94,9 +94,10 @@ def forward(
     k, m = y.shape
     axes = list(robot.axes if axes is None else axes)
     _check(robot, y, axes)
-    y = robot.gain * y  # from here on lengths, less their zeros
+    per = robot.winding(y)
+    y = robot.wound(y)  # from here on lengths, less their zeros
     t = None if tension is None else pulls(robot, tension, (k, m))
-    s = None if sigma is None else robot.gain * np.broadcast_to(np.asarray(sigma, float), (m,))
+    s = None if sigma is None else _common(per) * np.broadcast_to(np.asarray(sigma, float), (m,))
     weight = np.ones(m) if s is None else 1 / s
 
     lengths_at = model_of(robot, sag=sag, tense=t is not None)
@@ -119,7 +120,12 @@ def forward(
     pose, r, slope, _, iterations, converged = (v[at] for v in ends)
     pose[np.isnan(r).any(axis=1)] = np.nan
     covariance, counted = _covariance(r, slope, s is not None), solutions if starts else np.zeros(k, dtype=np.int64)
-    return Forward(pose, robot.shown(r / weight), covariance, iterations, converged, counted, rival)
+    return Forward(pose, r / weight / per, covariance, iterations, converged, counted, rival)
+
+
+def _common(per: Array) -> Array:
+    """How fast lengths grow with what sensors show, (m,): in the middle of the rows (k, m), where drums grow with every turn."""
+    return np.asarray(per.mean(axis=0))
 
 
 def _check(robot: CableRobot, y: Array, axes: list[int]) -> None:

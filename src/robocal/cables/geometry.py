@@ -1,11 +1,11 @@
 """A cable robot: a platform hung from frame anchors, and the lengths of its straight cables.
 
-    l_i = |p + R b_i - a_i| - l0_i,    y_i = l_i / g_i
+    l_i = |p + R b_i - a_i| - l0_i,    l_i = g_i y_i + q_i y_i^2
 
 Cable i runs from frame anchor a_i (base coordinates) to platform anchor b_i (platform coordinates); l0_i is the zero
-of its length sensor, which shows y_i: its drum winds up a length g_i times as long (1 where nothing is stated). With a pulley
-the cable enters at a_i, wraps and leaves towards the platform (`cables/pulley.py`). A cable may be a sum of such segments
-(`cables/reeving.py`), and its anchor may be on a rail (`cables/rail.py`).
+of its length sensor, which shows y_i: what its drum winds up of that, g_i and q_i say (`cables/drum.py`; 1 and 0 where nobody does).
+With a pulley the cable enters at a_i, wraps and leaves towards the platform (`cables/pulley.py`). A cable may be a sum of such
+segments (`cables/reeving.py`), and its anchor may be on a rail (`cables/rail.py`).
 The base's z points up. Twists are (v, w) in base axes about the platform's origin.
 """
 
@@ -23,7 +23,8 @@ from robocal._record import field, record, replace
 from robocal._types import Array
 from robocal.cables.cable_parameters import COMMON, EXPECTED, PLATFORM, SYMBOLS, anchor_parameters
 from robocal.cables.degrees import DEGREES
-from robocal.cables.material import GAIN, STRETCH, WHEEL, material_rows
+from robocal.cables.drum import Drums
+from robocal.cables.material import BUILD_UP, GAIN, STRETCH, WHEEL, material_rows
 from robocal.cables.pulley import Pulleys, run
 from robocal.cables.rail import RAIL, offset
 from robocal.cables.reeving import Reeving
@@ -34,20 +35,20 @@ from robocal.geometry.path.unjointed import Unjointed
 from robocal.parameters import ParameterTable
 
 __all__ = [
-    "COMMON", "DEGREES", "EXPECTED", "GAIN", "PLATFORM", "RAIL", "STRETCH", "SYMBOLS", "WHEEL", "CableRobot", "cable_robot",
+    "BUILD_UP", "COMMON", "DEGREES", "EXPECTED", "GAIN", "PLATFORM", "RAIL", "STRETCH", "SYMBOLS", "WHEEL", "CableRobot", "cable_robot",
     "home", "lengths", "straight",
 ]  # fmt: skip
 
 
 @record(eq=False)
-class CableRobot(Unjointed):
+class CableRobot(Drums, Unjointed):
     """Anchors and sensor zeros of m cables, as a parameter table `c1.ax` ... `c1.bz`, `c1.l0` in m, and what else is
     known of them.
 
     The table also has what is known of pulleys, `c1.radius` in m and the swivel axis `c1.nx` ... `c1.nz` of any length,
-    of stretch, `c1.elasticity` in 1/N: strain per tension, and of drums, `c1.gain`. mass in kg, com (3,) in m and inertia (3, 3) in kg m2
-    about com, all in platform axes; limits (m, 2): least and greatest tension in N; density (m,): weight per unstretched
-    length in N/m; diameter (m,) in m. None: not known. `degrees` is a key of DEGREES; a planar robot moves in `plane` of the
+    of stretch, `c1.elasticity` in 1/N: strain per tension, and of drums, `c1.gain` and `c1.build_up` in 1/m. mass in kg, com (3,) in m and
+    inertia (3, 3) in kg m2 about com, all in platform axes; limits (m, 2): least and greatest tension in N; density (m,): weight per
+    unstretched length in N/m; diameter (m,) in m. None: not known. `degrees` is a key of DEGREES; a planar robot moves in `plane` of the
     base (xz and yz stand upright). `sources` says where values come from, `assumed` names those that were chosen:
     c1.a, c1.b, c1.zero, c1.tension, c1.pulley, ..., mass, com, inertia; the source of them all is under "". Cables that share an
     anchor share its parameters: `shared` says whose they are ("c2.ax": "c1.ax"), and the table has them once. `reeving` says along which
@@ -85,8 +86,8 @@ class CableRobot(Unjointed):
         on a rail the anchor is where the carriage stands."""
         names, m = self.segments.names, len(self.cables)
         out = np.zeros((len(names), len(SYMBOLS)))
-        out[:, :6] = self._table_values(SYMBOLS[:6], names)
-        out[:m, 6:] = self._table_values(SYMBOLS[6:], self.cables)
+        out[:, :6] = self.values_of(SYMBOLS[:6], names)
+        out[:m, 6:] = self.values_of(SYMBOLS[6:], self.cables)
         if self.rails is not None:
             out[:, :3] += offset(self.rails)
         return out
@@ -122,7 +123,7 @@ class CableRobot(Unjointed):
     @cached_property
     def wheels(self) -> Pulleys | None:
         """As `pulleys`, of every segment (p,)."""
-        found = self._table_values(WHEEL, self.segments.names)
+        found = self.values_of(WHEEL, self.segments.names)
         bare = np.isnan(found[:, 0])
         if bare.all():
             return None
@@ -132,31 +133,16 @@ class CableRobot(Unjointed):
     @cached_property
     def rails(self) -> Array | None:
         """The rails on which frame anchors stand, (p, 5) in the order of RAIL, zero where there is none. None: no anchor is on one."""
-        found = self._table_values(RAIL, self.segments.names)
+        found = self.values_of(RAIL, self.segments.names)
         return None if np.isnan(found[:, 0]).all() else np.nan_to_num(found)
 
     @cached_property
     def elasticity(self) -> Array | None:
         """Strain per tension (m,) in 1/N. None: not known."""
-        found = self._table_values((STRETCH,), self.cables)[:, 0]
+        found = self.values_of((STRETCH,), self.cables)[:, 0]
         return None if np.isnan(found).any() else found
 
-    @property
-    def gain(self) -> Array:
-        """Length that each drum winds up over the length that its sensor shows, (m,); 1 where nobody states one."""
-        found = self._table_values((GAIN,), self.cables)[:, 0]
-        return np.where(np.isnan(found), 1.0, found)
-
-    @property
-    def states_gains(self) -> bool:
-        """Whether the gains of its drums are parameters of it."""
-        return any(self.row(f"{c}.{GAIN}") in self.table for c in self.cables)
-
-    def shown(self, lengths: Array) -> Array:
-        """What the sensors show of lengths (k, m) less their zeros."""
-        return lengths / self.gain
-
-    def _table_values(self, symbols: Sequence[str], whose: Sequence[str]) -> Array:
+    def values_of(self, symbols: Sequence[str], whose: Sequence[str]) -> Array:
         """Numbers (p, k) of the table by symbol, not a number where a cable or segment has none."""
         names = [[self.row(f"{c}.{s}") for s in symbols] for c in whose]
         return np.array([[self.table[n].value if n in self.table else np.nan for n in own] for own in names])
@@ -237,8 +223,8 @@ class CableRobot(Unjointed):
 
     @property
     def geometric(self) -> tuple[str, ...]:
-        """What its making leaves: anchors, radii and gains of drums. Where a length sensor counts from may be anything."""
-        return tuple(n for n in self.table.names if n.rpartition(".")[2] in (*SYMBOLS[:6], "radius", GAIN))
+        """What its making leaves: anchors, radii and drums. Where a length sensor counts from may be anything."""
+        return tuple(n for n in self.table.names if n.rpartition(".")[2] in (*SYMBOLS[:6], "radius", GAIN, BUILD_UP))
 
     @property
     def anywhere(self) -> frozenset[str]:
@@ -292,6 +278,7 @@ def cable_robot(
     rails: ArrayLike | None = None,
     elasticity: ArrayLike | None = None,
     gain: ArrayLike | None = None,
+    build_up: ArrayLike | None = None,
     reeving: Reeving | None = None,
     **known: object,
 ) -> CableRobot:
@@ -312,7 +299,9 @@ def cable_robot(
     segments = cables if reeving is None else reeving.names
     slides = None if rails is None else np.asarray(rails, float)
     rows = anchor_parameters(segments, np.hstack([a, b]), l0, free, whose)
-    material = material_rows(segments, cables, whose, pulleys=pulleys, rails=slides, elasticity=elasticity, gain=gain)
+    material = material_rows(
+        segments, cables, whose, pulleys=pulleys, rails=slides, elasticity=elasticity, gain=gain, build_up=build_up
+    )
     rows += [replace(p, free=p.name.rpartition(".")[2] in free) for p in material]
     return CableRobot(name, cables, ParameterTable(tuple(rows)), shared=whose, reeving=reeving, **known)  # type: ignore[arg-type]
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robocal._types import Array
-from robocal.cables.geometry import GAIN, SYMBOLS, WHEEL, CableRobot, lengths, straight
+from robocal.cables.geometry import BUILD_UP, GAIN, SYMBOLS, WHEEL, CableRobot, lengths, straight
 from robocal.cables.pulley import Pulleys, by_wheel
 from robocal.cables.rail import RAIL, by_rail
 
@@ -24,9 +24,11 @@ def by_parameters(robot: CableRobot, poses: ArrayLike, names: Sequence[str]) -> 
     by_pose, out = np.empty((len(t), len(robot.cables), 6)), np.zeros((len(t), len(robot.cables), len(names)))
     ways, many = robot.segments, len(robot.cables)
     full, by_pose[:], _ = straight(robot, t)
+    read = robot.shown(full - robot.zeros)
     for i, cable in enumerate(robot.cables):
-        if (where := at.get(robot.row(f"{cable}.{GAIN}"))) is not None:
-            out[:, i, where] -= (full[:, i] - robot.zeros[i]) / robot.gain[i]
+        for symbol, column in ((GAIN, read[:, i]), (BUILD_UP, read[:, i] ** 2)):
+            if (where := at.get(robot.row(f"{cable}.{symbol}"))) is not None:
+                out[:, i, where] -= column
     for s, (segment, i, times) in enumerate(zip(ways.names, ways.cable, ways.times, strict=True)):
         wheel = None if robot.wheels is None else Pulleys(robot.wheels.radius[s], robot.wheels.axis[s])
         pose = np.broadcast_to(np.eye(4), t.shape) if ways.still[s] else t

@@ -17,7 +17,8 @@ import numpy as np
 
 from robocal._jit import as_kernel_array
 from robocal._types import Array, Bools, Ints
-from robocal.cables.geometry import GAIN, SYMBOLS, CableRobot, straight
+from robocal.cables.drum import shown, slope
+from robocal.cables.geometry import BUILD_UP, GAIN, SYMBOLS, CableRobot, straight
 from robocal.cables.material import DRUM
 from robocal.errors import ModelError
 from robocal.estimate.losses import Loss
@@ -52,6 +53,14 @@ class LengthRows(PlatformRows):
         gains = list(dict.fromkeys(each))
         # Of every cable, where its gain is behind the seven numbers of all; nowhere where lengths are as their sensors show.
         self.gains = np.array([gains.index(n) for n in each]) + len(numbers) if each else None
+        growth = [robot.row(f"{c}.{BUILD_UP}") for c in cables] if robot.states_build_up else []
+        if own and growth:
+            raise ModelError(
+                "zeros of a power-up beside drums that grow with every turn: their gain depends on where a sensor counts from",
+                key=f"{obs.label}.zeros", found=own, expected="no zeros here, so that these lengths count from those of the robot",
+            )  # fmt: skip
+        gains += list(dict.fromkeys(growth))
+        self.growth = np.array([gains.index(n) for n in growth]) + len(numbers) if growth else None
         self.cable = cable
         self.row, self.segment = self.ways.rows(cable)
         self.begin = np.searchsorted(self.row, np.arange(len(cable) + 1))
@@ -108,14 +117,19 @@ class LengthRows(PlatformRows):
                     slopes = np.hstack([slopes, by_pull[:, None] * self.winches.columns[pull_of]]) * share[:, None]
                     each = np.add.reduceat(slopes, self.begin[first : first + rows] - part.start)
                     jac[b, :, 0, k + free] = each[:, self.own[free] - self.behind].T
-        if self.gains is not None:
-            where = self.gains[self.cable[first : first + rows]]
-            g = x[:, self.numbers[where], None]
-            length = r + value
-            r = length / g - value
-            jac, jloc = jac / g[..., None], jloc / g[..., None]
-            for c in np.flatnonzero((self.own >= len(SYMBOLS) * len(self.radius)) & (self.own < self.behind)):
-                jac[..., 0, k + c] = np.where(where == self.own[c], -length[..., 0] / g[..., 0] ** 2, 0.0)
+        if self.gains is None and self.growth is None:
+            return r, jac, jloc
+        cable = self.cable[first : first + rows]
+        g, q = (
+            v if w is None else x[:, self.numbers[w[cable]], None] for v, w in ((1.0, self.gains), (0.0, self.growth))
+        )
+        length, g, q = r + value, np.asarray(g), np.asarray(q)
+        read, per = shown(length, g, q), slope(length, g, q)
+        r, jac, jloc = read - value, jac / per[..., None], jloc / per[..., None]
+        for c in np.flatnonzero((self.own >= len(SYMBOLS) * len(self.radius)) & (self.own < self.behind)):
+            for where, by in ((self.gains, read), (self.growth, read**2)):
+                if where is not None:
+                    jac[..., 0, k + c] += np.where(where[cable] == self.own[c], -(by / per)[..., 0], 0.0)
         return r, jac, jloc
 
     def _stand(self, sight: Ints, segment: Ints, *seen: Array) -> tuple[Ints, Sequence[Array]]:
@@ -158,7 +172,13 @@ class LengthRows(PlatformRows):
     def accumulate(self, x: Array, which: Ints, weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
         from robocal.measure.cable._kernels import accumulate_lengths
 
-        if self.touches[1] or self.gains is not None or not self.ways.is_plain or not self._as_stated(x):
+        if (
+            self.touches[1]
+            or self.gains is not None
+            or self.growth is not None
+            or not self.ways.is_plain
+            or not self._as_stated(x)
+        ):
             return False
         poses = int(self.sight.max(initial=-1)) + 1
         many = max(1, CHUNK // (64 * max(poses, 1)))
@@ -232,7 +252,9 @@ def readings(robot: CableRobot, obs: Observations, count: int) -> Array:
     """What the drum of every cable had wound up at each of so many configurations (U, m) in m, beyond its zero; NaN where nothing was
     read."""
     table, cable = np.full((count, len(robot.cables)), np.nan), obs.extra["cable"].astype(np.int64)
-    table[obs.configuration, cable] = gains_at(robot, obs)[cable] * obs.value[:, 0]
+    table[obs.configuration, cable] = (
+        obs.value[:, 0] * (gains_at(robot, obs) + robot.build_up * obs.value)[np.arange(len(obs)), cable]
+    )
     return table
 
 

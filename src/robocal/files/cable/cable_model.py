@@ -56,6 +56,7 @@ class CommonModel(FileModel):
     density: Any = None
     diameter: Any = None
     gain: Any = None
+    build_up: Any = None
     pulley: PulleyModel | None = None
 
 
@@ -131,6 +132,7 @@ KEYS = ("value", "unit", "source", "assumed")
 MATERIALS = {
     "tension": ("limits", "N"),
     "elasticity": ("elasticity", "1/N"),
+    "build_up": ("build_up", "1/m"),
     "density": ("density", "N/m"),
     "diameter": ("diameter", "m"),
     "gain": ("gain", "1"),
@@ -154,6 +156,7 @@ class CableUnits:
             "rad": self.angle,
             "N": force,
             "kg": mass,
+            "1/m": Unit(f"1/{length.name}", si, 1 / length.factor),
             "1/N": Unit(f"1/{force.name}", si, 1 / force.factor),
             "N/m": Unit(f"{force.name}/{length.name}", si, force.factor / length.factor),
             "kg m2": Unit(f"{mass.name} {length.name}2", si, mass.factor * length.factor**2),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from robocal.cables.geometry import COMMON, GAIN, PLATFORM, STRETCH
+from robocal.cables.geometry import BUILD_UP, COMMON, GAIN, PLATFORM, STRETCH
 from robocal.files.cable.cable_model import MATERIALS, CableRobotModel, CableValues
 from robocal.files.cable.segment_rows import CableRow
 from robocal.files.units import Unit
@@ -57,6 +57,7 @@ def places_of(model: CableRobotModel, rows: Sequence[CableRow], values: CableVal
     for whose, said, where in (*of_cables, (COMMON, model.every_cable, ("every_cable",))):
         note(f"{whose}.{STRETCH}", said.elasticity, (*where, "elasticity"), "1/N")
         note(f"{whose}.{GAIN}", said.gain, (*where, GAIN), "1")
+        note(f"{whose}.{BUILD_UP}", said.build_up, (*where, BUILD_UP), "1/m")
         if whose == COMMON and said.pulley is not None:
             note(f"{whose}.radius", said.pulley.radius, (*where, "pulley", "radius"))
             note(f"{whose}.n", said.pulley.axis, (*where, "pulley", "axis"), "1", "xyz")

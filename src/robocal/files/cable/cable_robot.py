@@ -14,7 +14,18 @@ from typing import Any, NoReturn
 import numpy as np
 
 from robocal._record import replace
-from robocal.cables.geometry import COMMON, GAIN, PLATFORM, RAIL, STRETCH, SYMBOLS, WHEEL, CableRobot, cable_robot
+from robocal.cables.geometry import (
+    BUILD_UP,
+    COMMON,
+    GAIN,
+    PLATFORM,
+    RAIL,
+    STRETCH,
+    SYMBOLS,
+    WHEEL,
+    CableRobot,
+    cable_robot,
+)
 from robocal.cables.pulley import Pulleys
 from robocal.errors import FileError, ModelError, one_of
 from robocal.files.cable.cable_model import (
@@ -54,6 +65,7 @@ PARAMETERS = {
     "pulley": WHEEL,
     "elasticity": (STRETCH,),
     GAIN: (GAIN,),
+    BUILD_UP: (BUILD_UP,),
 }  # keys of a cable, and the parameters that they are
 
 
@@ -240,7 +252,7 @@ def _match(robot: CableRobot, word: str, at: Path_, values: CableValues) -> tupl
     try:
         return robot.table.match([word])
     except ModelError as error:
-        expected = f"a parameter, a cable or one of {', '.join((*SYMBOLS, *WHEEL, *RAIL, STRETCH, GAIN))}"
+        expected = f"a parameter, a cable or one of {', '.join((*SYMBOLS, *WHEEL, *RAIL, STRETCH, GAIN, BUILD_UP))}"
         values.document.fail(error.message, at, found=word, expected=expected, suggestion=error.suggestion)
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from robocal._types import Array
-from robocal.cables.geometry import GAIN, PLATFORM, CableRobot
+from robocal.cables.geometry import BUILD_UP, GAIN, PLATFORM, CableRobot
 from robocal.errors import FormatError, ModelError, nearest
 from robocal.files.cable.cable_model import MATERIALS, CableUnits
 from robocal.files.cable.cable_robot import parse_cable
@@ -141,7 +141,8 @@ def _cables(robot: CableRobot, units: CableUnits) -> list[str]:
     """One line per cable, and one for what they have in common."""
     common, own = [], []
     for key, (what, si) in MATERIALS.items():
-        if (key == GAIN and not robot.states_gains) or (numbers := getattr(robot, what)) is None:
+        stated = {GAIN: robot.states_gains, BUILD_UP: robot.states_build_up}
+        if not stated.get(key, True) or (numbers := getattr(robot, what)) is None:
             continue
         each = [
             f"{key}: {_shown(robot, f'{c}.{key}', v, units.of(si))}" for c, v in zip(robot.cables, numbers, strict=True)

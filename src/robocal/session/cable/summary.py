@@ -59,6 +59,7 @@ def _cables(robot: CableRobot) -> Listing:
         ),
         ("zero", "m", robot.zeros),
         ("gain", "", robot.gain if robot.states_gains else None),
+        ("build_up", "1/m", robot.build_up if robot.states_build_up else None),
         ("tension", "N", robot.limits),
         ("diameter", "m", robot.diameter),
         ("elasticity", "1/N", robot.elasticity),
