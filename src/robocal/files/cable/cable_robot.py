@@ -248,7 +248,12 @@ def _robot(model: CableRobotModel, rows: list[CableRow], values: CableValues) ->
 
 
 def _match(robot: CableRobot, word: str, at: Path_, values: CableValues) -> tuple[str, ...]:
-    """Names of parameters that a word selects."""
+    """Names of parameters that a word selects; a segment's are those of its ends, whoever has its anchors first."""
+    ways = robot.segments
+    if not ways.is_plain and word in ways.words:
+        own = ways.names[ways.words.index(word)]
+        names = [robot.row(f"{own}.{s}") for s in (*SYMBOLS[:6], *WHEEL, *RAIL)]
+        return tuple(n for n in names if n in robot.table)
     try:
         return robot.table.match([word])
     except ModelError as error:
