@@ -15,7 +15,7 @@ import numpy as np
 from robocal._types import Array
 from robocal.cables.material import BUILD_UP, GAIN
 
-__all__ = ["Drums", "shown", "slope"]
+__all__ = ["DrumLaw", "reading", "slope"]
 
 STEEP = 0.01  # tolerance: of the gain: a drum that winds up less with every turn than that is none
 
@@ -37,12 +37,12 @@ def slope(lengths: Array, gain: Array, build_up: Array) -> Array:
     return np.sqrt(np.maximum(gain**2 + 4.0 * build_up * lengths, (STEEP * gain) ** 2))
 
 
-def shown(lengths: Array, gain: Array, build_up: Array) -> Array:
+def reading(lengths: Array, gain: Array, build_up: Array) -> Array:
     """The y that is shown of lengths l: that solution of l = g y + q y^2 which is l / g where q is nought."""
     return np.asarray(2.0 * lengths / (gain + slope(lengths, gain, build_up)))
 
 
-class Drums:
+class DrumLaw:
     """What a cable robot knows of the drums of its cables."""
 
     @property
@@ -66,9 +66,9 @@ class Drums:
         """Whether its drums grow with every turn."""
         return not bool(np.isnan(self.values_of((BUILD_UP,), self.cables)).all())
 
-    def shown(self, lengths: Array) -> Array:
+    def readings_of(self, lengths: Array) -> Array:
         """What the sensors show of lengths (k, m) less their zeros."""
-        return shown(lengths, self.gain, self.build_up)
+        return reading(lengths, self.gain, self.build_up)
 
     def wound(self, read: Array) -> Array:
         """The lengths (k, m) less their zeros of which sensors show (k, m)."""

@@ -23,7 +23,7 @@ from robocal._record import field, record, replace
 from robocal._types import Array
 from robocal.cables.cable_parameters import COMMON, EXPECTED, PLATFORM, SYMBOLS, anchor_parameters
 from robocal.cables.degrees import DEGREES
-from robocal.cables.drum import Drums
+from robocal.cables.drum import DrumLaw
 from robocal.cables.material import BUILD_UP, GAIN, STRETCH, WHEEL, material_rows
 from robocal.cables.pulley import Pulleys, run
 from robocal.cables.rail import RAIL, offset
@@ -41,7 +41,7 @@ __all__ = [
 
 
 @record(eq=False)
-class CableRobot(Drums, Unjointed):
+class CableRobot(DrumLaw, Unjointed):
     """Anchors and sensor zeros of m cables, as a parameter table `c1.ax` ... `c1.bz`, `c1.l0` in m, and what else is
     known of them.
 

@@ -24,7 +24,7 @@ def by_parameters(robot: CableRobot, poses: ArrayLike, names: Sequence[str]) -> 
     by_pose, out = np.empty((len(t), len(robot.cables), 6)), np.zeros((len(t), len(robot.cables), len(names)))
     ways, many = robot.segments, len(robot.cables)
     full, by_pose[:], _ = straight(robot, t)
-    read = robot.shown(full - robot.zeros)
+    read = robot.readings_of(full - robot.zeros)
     for i, cable in enumerate(robot.cables):
         for symbol, column in ((GAIN, read[:, i]), (BUILD_UP, read[:, i] ** 2)):
             if (where := at.get(robot.row(f"{cable}.{symbol}"))) is not None:
@@ -36,7 +36,9 @@ def by_parameters(robot: CableRobot, poses: ArrayLike, names: Sequence[str]) -> 
         columns = list(zip(SYMBOLS, (own * np.repeat([times, float(s < many)], [6, 1])).T, strict=True))
         if wheel is not None and wheel.radius != 0.0:
             a, b = robot.ends[s, :3], robot.ends[s, 3:6]
-            columns += zip(WHEEL, times * by_wheel(pose[:, :3, 3] + pose[:, :3, :3] @ b - a, wheel).T, strict=True)
+            by = times * by_wheel(pose[:, :3, 3] + pose[:, :3, :3] @ b - a, wheel)
+            size = np.linalg.norm(robot.values_of(WHEEL[1:], (segment,)))
+            columns += zip(WHEEL, (by / [1.0, size, size, size]).T, strict=True)
         if robot.rails is not None and robot.rails[s, 2:].any():
             columns += zip(RAIL, times * by_rail(robot.rails[s], own[:, :3]).T, strict=True)
         for symbol, column in columns:

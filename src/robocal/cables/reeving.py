@@ -25,16 +25,16 @@ __all__ = ["Reeving"]
 class Reeving:
     """The segments of m cables, at first the first one of each cable, then what some cables have besides.
 
-    `names` (p,) are those under which the numbers of a segment stand (`c1`, and `c1.2` for what c1 has besides), `words` (p,) what a person
-    calls it; cable (p,) is the number of its cable, times (p,) how often that runs along it, moves (p, 2) which of its ends move with
-    the platform. Two cables along one segment have one each, with numbers that they share.
+    `names` (p,) are those under which the numbers of a segment stand (`c1`, and `c1.2` for what c1 has besides), `labels` (p,) what a
+    person calls it; cable (p,) is the number of its cable, times (p,) how often that runs along it, moves (p, 2) which of its ends move
+    with the platform. Two cables along one segment have one each, with numbers that they share.
     """
 
     names: tuple[str, ...]
     cable: Ints
     times: Array
     moves: Bools
-    words: tuple[str, ...]
+    labels: tuple[str, ...]
 
     @classmethod
     def plain(cls, cables: Sequence[str]) -> Self:
@@ -51,8 +51,8 @@ class Reeving:
             for i, (cable, run) in enumerate(zip(cables, runs, strict=True))
             for j, one in enumerate(run[1:], start=2)
         ]
-        names, cable, times, moves, words = zip(*first, *more, strict=True)
-        return cls(names, np.array(cable), np.array(times, dtype=float), np.array(moves, dtype=bool), words)
+        names, cable, times, moves, labels = zip(*first, *more, strict=True)
+        return cls(names, np.array(cable), np.array(times, dtype=float), np.array(moves, dtype=bool), labels)
 
     @property
     def still(self) -> Bools:
@@ -85,7 +85,7 @@ class Reeving:
 
     def sum_of(self, cable: int) -> str:
         """What a cable runs along: m + 2 k."""
-        own = [(n, int(t)) for n, c, t in zip(self.words, self.cable, self.times, strict=True) if c == cable]
+        own = [(n, int(t)) for n, c, t in zip(self.labels, self.cable, self.times, strict=True) if c == cable]
         return " + ".join(n if t == 1 else f"{t} {n}" for n, t in own)
 
     def need_straight(self, cables: Sequence[str], railed: Bools | None = None) -> None:

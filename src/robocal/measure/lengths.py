@@ -17,7 +17,7 @@ import numpy as np
 
 from robocal._jit import as_kernel_array
 from robocal._types import Array, Bools, Ints
-from robocal.cables.drum import shown, slope
+from robocal.cables.drum import reading, slope
 from robocal.cables.geometry import BUILD_UP, GAIN, SYMBOLS, CableRobot, straight
 from robocal.cables.material import DRUM
 from robocal.errors import ModelError
@@ -124,7 +124,7 @@ class LengthRows(PlatformRows):
             v if w is None else x[:, self.numbers[w[cable]], None] for v, w in ((1.0, self.gains), (0.0, self.growth))
         )
         length, g, q = r + value, np.asarray(g), np.asarray(q)
-        read, per = shown(length, g, q), slope(length, g, q)
+        read, per = reading(length, g, q), slope(length, g, q)
         r, jac, jloc = read - value, jac / per[..., None], jloc / per[..., None]
         for c in np.flatnonzero((self.own >= len(SYMBOLS) * len(self.radius)) & (self.own < self.behind)):
             for where, by in ((self.gains, read), (self.growth, read**2)):
@@ -294,7 +294,9 @@ def locate_platform(machine: Model, obs: Observations, wanted: Bools) -> Array:
             pull = np.zeros_like(table)
             pull[obs.configuration, obs.extra["cable"].astype(np.int64)] = obs.extra["tension"]
         for there, rows in _by_carriages(robot, obs, some):
-            found = forward(there, there.shown(table[rows]), tension=None if pull is None else pull[rows], axes=axes)
+            found = forward(
+                there, there.readings_of(table[rows]), tension=None if pull is None else pull[rows], axes=axes
+            )
             good = found.converged & np.isfinite(found.pose).all(axis=(1, 2))
             out[rows[good]] = found.pose[good]
     return out

@@ -20,8 +20,16 @@ from robocal.files.units import UNITS, Unit
 from robocal.files.yamlio import Path_, YamlDocument, path_text
 
 __all__ = [
-    "MATERIALS", "CableCalibrateModel", "CableModel", "CableRobotModel", "CableUnits", "CableValues", "CommonModel", "PulleyModel",
-    "RailModel", "SegmentModel",
+    "MATERIALS",
+    "CableCalibrateModel",
+    "CableModel",
+    "CableRobotModel",
+    "CableSegmentModel",
+    "CableUnits",
+    "CableValues",
+    "CommonModel",
+    "PulleyModel",
+    "RailModel",
 ]  # fmt: skip
 
 
@@ -68,7 +76,7 @@ class RailModel(FileModel):
     gain: Any = None
 
 
-class SegmentModel(FileModel):
+class CableSegmentModel(FileModel):
     """A straight piece of cable between two anchors, one of the frame and one of the platform, or two of either."""
 
     frame: Any = None
@@ -119,7 +127,7 @@ class CableRobotModel(FileModel):
     plane: Literal["xy", "xz", "yz"] = "xz"
     frame_anchors: Any
     platform_anchors: Any
-    segments: dict[Name, SegmentModel] | None = None
+    segments: dict[Name, CableSegmentModel] | None = None
     cables: list[CableModel] | None = None
     every_cable: Annotated[CommonModel, OrEmpty] = CommonModel.model_construct()
     platform: Annotated[PlatformModel, OrEmpty] = PlatformModel.model_construct()

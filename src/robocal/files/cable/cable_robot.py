@@ -44,8 +44,8 @@ from robocal.files.cable.segment_rows import (
     Anchor,
     Anchors,
     CableRow,
-    Run,
     SegmentRow,
+    SegmentUse,
     named_segments,
     read_rail,
     reeving_of,
@@ -146,7 +146,7 @@ def _pair_anchors(model: CableRobotModel, document: YamlDocument, sides: Mapping
         if any(name == row.name for row in out):
             document.fail("this name is given twice", ("cables", i, "name"), found=name)
         if own.segments is None:
-            runs: tuple[Run, ...] = (_straight(own, i, name, model, document, sides),)
+            runs: tuple[SegmentUse, ...] = (_straight(own, i, name, model, document, sides),)
         else:
             runs = runs_of(own, i, document, segments, used)
         out.append(CableRow(own, model.every_cable, ("cables", i), name, runs))
@@ -156,7 +156,7 @@ def _pair_anchors(model: CableRobotModel, document: YamlDocument, sides: Mapping
 
 def _straight(
     own: CableModel, i: int, name: str, model: CableRobotModel, document: YamlDocument, sides: Mapping[str, Anchors]
-) -> Run:
+) -> SegmentUse:
     """A cable from its frame anchor to its platform anchor."""
     ends = []
     for key, anchors in sides.items():
@@ -173,7 +173,7 @@ def _straight(
         ends.append((key, anchors[at_name]))
     pulley, at = (own.pulley, ("cables", i)) if own.pulley is not None else (model.every_cable.pulley, ("every_cable",))
     one, two = ends
-    return Run(SegmentRow(name, (one, two), pulley, (*at, "pulley"), own.rail, ("cables", i, "rail")), 1)
+    return SegmentUse(SegmentRow(name, (one, two), pulley, (*at, "pulley"), own.rail, ("cables", i, "rail")), 1)
 
 
 def _check_segments(
@@ -250,8 +250,8 @@ def _robot(model: CableRobotModel, rows: list[CableRow], values: CableValues) ->
 def _match(robot: CableRobot, word: str, at: Path_, values: CableValues) -> tuple[str, ...]:
     """Names of parameters that a word selects; a segment's are those of its ends, whoever has its anchors first."""
     ways = robot.segments
-    if not ways.is_plain and word in ways.words:
-        own = ways.names[ways.words.index(word)]
+    if not ways.is_plain and word in ways.labels:
+        own = ways.names[ways.labels.index(word)]
         names = [robot.row(f"{own}.{s}") for s in (*SYMBOLS[:6], *WHEEL, *RAIL)]
         return tuple(n for n in names if n in robot.table)
     try:

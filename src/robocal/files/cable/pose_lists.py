@@ -54,10 +54,11 @@ __all__ = [
 QUATERNION = ("qx", "qy", "qz", "qw")
 AWAY = (0.01, np.radians(1.0))  # m and rad across what a platform can do: more than an instrument is off
 DIGITS = 9  # of a length in m: a nanometre
+TIME = "time"
 WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")
 # What columns of lists are called, and so no cable.
 COLUMNS = (
-    *(*IDS, *FRAME_SYMBOLS, *QUATERNION, *WRENCH),
+    *(*IDS, TIME, *FRAME_SYMBOLS, *QUATERNION, *WRENCH),
     *("lambda", "limit", "contact", "rank", "feasible", "margin", "pose", "way", "share"),
     *("residual", "sigma_position", "sigma_orientation", "solutions"),
 )
@@ -67,7 +68,7 @@ COLUMNS = (
 class CableList:
     """Names of the rows, their values in SI (poses (k, 4, 4) or lengths (k, m)), and where given tensions (k, m) and
     wrenches (k, 6); lengths are `geometric`, or as the sensors show them; `lines` are the rows as an editor numbers them, `sha256` is
-    that of the file, `warnings` are what is odd about it."""
+    that of the file, `warnings` are what is odd about it; `time` (k,) in s, where it is said."""
 
     names: tuple[str, ...]
     values: Array
@@ -77,6 +78,12 @@ class CableList:
     sha256: str = ""
     warnings: tuple[Remark, ...] = ()
     geometric: bool = False
+    time: Array | None = None
+
+    @property
+    def moments(self) -> tuple[Column, ...]:
+        """The column of the moments of the rows, s, where they have one."""
+        return () if self.time is None else (Column(TIME, "s", self.time),)
 
 
 def read_platform_poses(path: str | os.PathLike[str], robot: CableRobot) -> CableList:
@@ -125,7 +132,10 @@ def _unread(table: CsvTable, robot: CableRobot, known: Sequence[str]) -> tuple[R
 
 def _list(table: CsvTable, values: Array, robot: CableRobot) -> CableList:
     lines = tuple(int(line) for line in table.lines)
-    return CableList(row_names(table, "rows"), values, _tensions(table, robot), lines=lines, sha256=table.sha256)
+    time = _columns(table, (TIME,), ("s",))[:, 0] if table.has(TIME) else None
+    return CableList(
+        row_names(table, "rows"), values, _tensions(table, robot), lines=lines, sha256=table.sha256, time=time
+    )
 
 
 def _beyond(robot: CableRobot, rows: CableList) -> tuple[Remark, ...]:

@@ -16,19 +16,19 @@ from robocal.errors import one_of
 from robocal.files.cable.cable_model import (
     CableModel,
     CableRobotModel,
+    CableSegmentModel,
     CableValues,
     CommonModel,
     PulleyModel,
     RailModel,
-    SegmentModel,
 )
 from robocal.files.yamlio import Path_, YamlDocument
 
 __all__ = [
     "Anchor",
     "Anchors",
-    "Run",
     "SegmentRow",
+    "SegmentUse",
     "named_segments",
     "read_rail",
     "reeving_of",
@@ -73,7 +73,7 @@ class SegmentRow:
 
 
 @record
-class Run:
+class SegmentUse:
     """A segment along which a cable runs, and how often."""
 
     segment: SegmentRow
@@ -88,7 +88,7 @@ class CableRow:
     every: CommonModel
     at: Path_
     name: str
-    runs: tuple[Run, ...]
+    runs: tuple[SegmentUse, ...]
 
     def material(self, key: str) -> tuple[Any, Path_]:
         """What is said under a key of it, or of every cable, and where."""
@@ -123,7 +123,7 @@ def named_segments(
 
 
 def _ends(
-    said: SegmentModel, at: Path_, document: YamlDocument, sides: Mapping[str, Anchors]
+    said: CableSegmentModel, at: Path_, document: YamlDocument, sides: Mapping[str, Anchors]
 ) -> Iterator[tuple[str, Anchor]]:
     for side in SIDES:
         given = getattr(said, side)
@@ -134,7 +134,7 @@ def _ends(
             yield side, sides[side][str(name)]
 
 
-def _not_two(document: YamlDocument, at: Path_, said: SegmentModel) -> NoReturn:
+def _not_two(document: YamlDocument, at: Path_, said: CableSegmentModel) -> NoReturn:
     found = {k: v for k in SIDES if (v := getattr(said, k)) is not None}
     expected = "frame: NAME and platform: NAME, or two names: frame: [NAME, NAME]"
     document.fail("a segment runs between two points", at, found=found, expected=expected)
@@ -142,7 +142,7 @@ def _not_two(document: YamlDocument, at: Path_, said: SegmentModel) -> NoReturn:
 
 def runs_of(
     own: CableModel, i: int, document: YamlDocument, segments: Mapping[str, SegmentRow], used: set[str]
-) -> tuple[Run, ...]:
+) -> tuple[SegmentUse, ...]:
     """What the i-th cable runs along, where it says so."""
     at: Path_ = ("cables", i)
     for key in ("frame", "platform", "pulley", "rail"):
@@ -175,10 +175,12 @@ def runs_of(
     rails = [n for n in given if segments[n].rail is not None]
     if len(rails) > 1:
         document.fail("a cable has one carriage", at, found=rails, expected="at most one segment with a rail")
-    return tuple(Run(segments[name], times) for name, times in given.items())
+    return tuple(SegmentUse(segments[name], times) for name, times in given.items())
 
 
-def reeving_of(names: Sequence[str], runs: Sequence[tuple[Run, ...]]) -> tuple[Reeving | None, tuple[SegmentRow, ...]]:
+def reeving_of(
+    names: Sequence[str], runs: Sequence[tuple[SegmentUse, ...]]
+) -> tuple[Reeving | None, tuple[SegmentRow, ...]]:
     """What cables run along (None: each once along its own segment), and the segments in its order."""
     first, more = [r[0].segment for r in runs], [run.segment for r in runs for run in r[1:]]
     reeving = Reeving.of(names, [[(run.times, run.segment.moves, run.segment.name) for run in r] for r in runs])

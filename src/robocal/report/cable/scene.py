@@ -16,11 +16,11 @@ from robocal._types import Array
 from robocal.cables.boundary import Outline, Surface
 from robocal.cables.geometry import CableRobot
 from robocal.errors import ModelError
-from robocal.report.cable.apart import apart, of_segments
 from robocal.report.cable.drawing import brief, figure
 from robocal.report.cable.length_unit import METRE, LengthUnit
 from robocal.report.cable.marks import Mark, draw, labels
 from robocal.report.cable.scene_rows import SceneRows, row_data, some_rows
+from robocal.report.cable.segment_robot import of_segments, segment_robot
 from robocal.report.cable.solids import courses, decimate, hull_loops, wheels
 from robocal.report.cable.surroundings import Surroundings, build_surroundings
 from robocal.report.cable.tension_colours import STATES, ColouredTensions, colour_tensions
@@ -56,7 +56,7 @@ def scene(
     Numbers are in the unit of the ruler. Raises ModelError for shapes that do not fit.
     """
     of = robot.segments.cable[of_segments(robot)]
-    pull, robot = None if tension is None else np.asarray(tension, float)[of], apart(robot)
+    pull, robot = None if tension is None else np.asarray(tension, float)[of], segment_robot(robot)
     if rows is not None and rows.tension is not None:
         rows = replace(rows, tension=rows.tension[:, of])
     at = np.asarray(pose, float)

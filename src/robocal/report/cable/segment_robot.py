@@ -9,7 +9,7 @@ from robocal._types import Array
 from robocal.cables.geometry import CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys
 
-__all__ = ["apart", "of_segments"]
+__all__ = ["of_segments", "segment_robot"]
 
 
 def of_segments(robot: CableRobot) -> Array:
@@ -17,7 +17,7 @@ def of_segments(robot: CableRobot) -> Array:
     return np.flatnonzero(~robot.segments.still)
 
 
-def apart(robot: CableRobot) -> CableRobot:
+def segment_robot(robot: CableRobot) -> CableRobot:
     """The robot with a cable for each of these, called by its cable and its own name; itself where every cable is straight."""
     ways = robot.segments
     if ways.is_plain:
@@ -26,7 +26,8 @@ def apart(robot: CableRobot) -> CableRobot:
     cable, wheels = ways.cable[shown], robot.wheels
     alone = np.bincount(cable, minlength=len(robot.cables)) == 1
     names = [
-        robot.cables[c] if alone[c] else f"{robot.cables[c]} {ways.words[s]}" for s, c in zip(shown, cable, strict=True)
+        robot.cables[c] if alone[c] else f"{robot.cables[c]} {ways.labels[s]}"
+        for s, c in zip(shown, cable, strict=True)
     ]
     known = {w: None if (v := getattr(robot, w)) is None else v[cable] for w in ("limits", "density", "diameter")}
     ends = robot.ends[shown]
