@@ -8,7 +8,6 @@ counts from another y, g is another.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -18,18 +17,6 @@ from robocal.cables.material import BUILD_UP, GAIN
 __all__ = ["DrumLaw", "reading", "slope"]
 
 STEEP = 0.01  # tolerance: of the gain: a drum that winds up less with every turn than that is none
-
-
-class Wound(Protocol):
-    """A robot whose cables are wound up on drums."""
-
-    @property
-    def cables(self) -> tuple[str, ...]: ...
-
-    def values_of(self, symbols: Sequence[str], whose: Sequence[str]) -> Array: ...
-
-
-W = TypeVar("W", bound=Wound)
 
 
 def slope(lengths: Array, gain: Array, build_up: Array) -> Array:
@@ -45,24 +32,30 @@ def reading(lengths: Array, gain: Array, build_up: Array) -> Array:
 class DrumLaw:
     """What a cable robot knows of the drums of its cables."""
 
+    cables: tuple[str, ...]
+
+    def values_of(self, symbols: Sequence[str], whose: Sequence[str]) -> Array:
+        """Numbers (p, k) by symbol of cables or segments, not a number where one has none."""
+        raise NotImplementedError
+
     @property
-    def gain(self: Wound) -> Array:
+    def gain(self) -> Array:
         """Length that each drum winds up over the length that its sensor shows, (m,); 1 where nobody states one."""
         found = self.values_of((GAIN,), self.cables)[:, 0]
         return np.where(np.isnan(found), 1.0, found)
 
     @property
-    def build_up(self: Wound) -> Array:
+    def build_up(self) -> Array:
         """By how much its gain grows per length that the sensor shows, half of it, (m,) in 1/m; 0 where nobody states it."""
         return np.nan_to_num(self.values_of((BUILD_UP,), self.cables)[:, 0])
 
     @property
-    def states_gains(self: Wound) -> bool:
+    def states_gains(self) -> bool:
         """Whether the gains of its drums are parameters of it."""
         return not bool(np.isnan(self.values_of((GAIN,), self.cables)).all())
 
     @property
-    def states_build_up(self: Wound) -> bool:
+    def states_build_up(self) -> bool:
         """Whether its drums grow with every turn."""
         return not bool(np.isnan(self.values_of((BUILD_UP,), self.cables)).all())
 

@@ -119,17 +119,15 @@ class LengthRows(PlatformRows):
                     jac[b, :, 0, k + free] = each[:, self.own[free] - self.behind].T
         if self.gains is None and self.growth is None:
             return r, jac, jloc
-        cable = self.cable[first : first + rows]
-        g, q = (
-            v if w is None else x[:, self.numbers[w[cable]], None] for v, w in ((1.0, self.gains), (0.0, self.growth))
-        )
-        length, g, q = r + value, np.asarray(g), np.asarray(q)
-        read, per = reading(length, g, q), slope(length, g, q)
+        cable, length = self.cable[first : first + rows], r + value
+        g, q = (None if w is None else x[:, self.numbers[w[cable]], None] for w in (self.gains, self.growth))
+        g = np.ones_like(length) if g is None else g
+        read, per = (length / g, g) if q is None else (reading(length, g, q), slope(length, g, q))
         r, jac, jloc = read - value, jac / per[..., None], jloc / per[..., None]
         for c in np.flatnonzero((self.own >= len(SYMBOLS) * len(self.radius)) & (self.own < self.behind)):
-            for where, by in ((self.gains, read), (self.growth, read**2)):
-                if where is not None:
-                    jac[..., 0, k + c] += np.where(where[cable] == self.own[c], -(by / per)[..., 0], 0.0)
+            for where, power in ((self.gains, 1), (self.growth, 2)):
+                if where is not None and (mine := where[cable] == self.own[c]).any():
+                    jac[..., 0, k + c] = np.where(mine, -(read**power / per)[..., 0], 0.0)
         return r, jac, jloc
 
     def _stand(self, sight: Ints, segment: Ints, *seen: Array) -> tuple[Ints, Sequence[Array]]:

@@ -118,7 +118,7 @@ def named_segments(
                     found=f"two {ends[0][0]} anchors",
                     expected=expected,
                 )
-        out[name] = SegmentRow(name, ends, said.pulley, (*at, "pulley"), said.rail, (*at, "rail"), own=False)  # type: ignore[arg-type]
+        out[name] = SegmentRow(name, ends, said.pulley, (*at, "pulley"), said.rail, (*at, "rail"), own=False)
     return out
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from robocal._types import Array
-from robocal.cables.geometry import BUILD_UP, GAIN, PLATFORM, CableRobot
+from robocal.cables.geometry import BUILD_UP, COMMON, GAIN, PLATFORM, CableRobot
 from robocal.cables.rail import offset
 from robocal.errors import FormatError, ModelError, nearest
 from robocal.files.cable.cable_model import MATERIALS, CableUnits
@@ -150,7 +150,9 @@ def _cables(robot: CableRobot, units: CableUnits) -> list[str]:
         each = [
             f"{key}: {_shown(robot, f'{c}.{key}', v, units.of(si))}" for c, v in zip(robot.cables, numbers, strict=True)
         ]
-        if len(set(each)) == 1:
+        # Numbers that are free by themselves stay apart, however alike they are.
+        alone = {robot.row(f"{c}.{key}") for c in robot.cables}.intersection(robot.table.free) - {f"{COMMON}.{key}"}
+        if len(set(each)) == 1 and not alone:
             common.append(each[0])
         else:
             own.append(each)
