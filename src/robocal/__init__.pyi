@@ -276,7 +276,7 @@ def new(
     *,
     output: _Path = ...,
     joints: int = 6,
-    kind: str = 'position',
+    kind: str | None = None,
     table: _Path | None = None,
     listing: bool = False,
     force: bool = False,
@@ -284,15 +284,15 @@ def new(
     tip: str | None = None,
     watch: _Watch | None = None,
 ) -> Found[_new_New | _new_Catalogue]:
-    """Write a robot file, a data file and a table to fill in; for a cable robot, its file and a list of poses.
+    """Write a robot file, a data file and a table to fill in; for a cable robot, its file, a list of poses and the data of a calibration.
 
-    For a robot that has a file, such as a URDF, only the data file and the table are written. With --table the data file describes a
+    For a robot that has a file, such as a URDF, only data files and tables are written. With --table the data file describes a
     table that you have: separator, decimal comma, columns and units, as its headers say.
 
     robot: A catalogue name, a convention, cable, or the file of a robot.
     output: Folder for the files.
     joints: How many, when ROBOT is a convention, 1 to 30.
-    kind: What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, sphere, pixels.
+    kind: What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, sphere, pixels; of a cable robot lengths, pose, position.  [default: position; of a cable robot lengths and pose]
     table: Describe this table of measurements; its headers say the kind.
     listing: List the catalogue and the conventions.
     force: Replace files that exist.

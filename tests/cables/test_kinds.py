@@ -144,7 +144,7 @@ def test_tensions_do_the_work_of_their_lengths():
 def test_drums_wind_up_what_they_show():
     robot = robot_of(DRUMS)
     y = np.linspace(-1.0, 6.0, 80).reshape(-1, 8)
-    assert np.abs(robot.readings_of(robot.wound(y)) - y).max() < 1e-12
+    assert np.abs(robot.readings(robot.wound(y)) - y).max() < 1e-12
     assert np.abs(robot.wound(y) - (1.02 * y + 0.03 * y**2)).max() < 1e-12
     with pytest.raises(ModelError, match="drums that grow"):
         Prepared(robot, mass=5.0, limits=np.tile([1.0, 500.0], (8, 1)))

@@ -51,7 +51,7 @@ def inverse(
         if bad.any():
             at, cable = (int(v) for v in np.argwhere(bad)[0])
             raise ModelError(f"cable {robot.cables[cable]} {why} (pose {at})", row=at, key=robot.cables[cable])
-    return robot.readings_of(length), slope
+    return robot.readings(length), slope
 
 
 def pulls(robot: CableRobot, tension: ArrayLike, shape: tuple[int, int]) -> Array:

@@ -59,7 +59,7 @@ class DrumLaw:
         """Whether its drums grow with every turn."""
         return not bool(np.isnan(self.values_of((BUILD_UP,), self.cables)).all())
 
-    def readings_of(self, lengths: Array) -> Array:
+    def readings(self, lengths: Array) -> Array:
         """What the sensors show of lengths (k, m) less their zeros."""
         return reading(lengths, self.gain, self.build_up)
 

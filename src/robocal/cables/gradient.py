@@ -24,7 +24,7 @@ def by_parameters(robot: CableRobot, poses: ArrayLike, names: Sequence[str]) -> 
     by_pose, out = np.empty((len(t), len(robot.cables), 6)), np.zeros((len(t), len(robot.cables), len(names)))
     ways, many = robot.segments, len(robot.cables)
     full, by_pose[:], _ = straight(robot, t)
-    read = robot.readings_of(full - robot.zeros)
+    read = robot.readings(full - robot.zeros)
     for i, cable in enumerate(robot.cables):
         for symbol, column in ((GAIN, read[:, i]), (BUILD_UP, read[:, i] ** 2)):
             if (where := at.get(robot.row(f"{cable}.{symbol}"))) is not None:

@@ -10,6 +10,7 @@ from robocal.front.cable_arrays import robot as robot
 from robocal.front.verb_result import Found
 from robocal.session.cable.drift import Drifts as _drift_Drifts
 from robocal.session.cable.pose_list_result import Listed as _poses_Listed
+from robocal.session.cable.power_up_zeros import Rezeroed as _rezero_Rezeroed
 from robocal.session.cable.straightness_result import Straightness as _straightness_Straightness
 from robocal.session.cable.workspace_result import Workspace as _workspace_Workspace
 from robocal.verbs.cable.contact.result import Motions as _contact_Motions
@@ -191,6 +192,8 @@ def poses(
 ) -> Found[_poses_Listed]:
     """Poses that the platform can reach and leave again: with feasible tensions on the whole path, and without contact of a cable.
 
+    With --choose the folder also gets lengths.yaml and poses.yaml with their tables, to fill in what is measured at the chosen poses.
+
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
     poses: Poses to list, 1 to 10000.
     mu: Used fraction of each free path, above 0 and at most 1.
@@ -212,7 +215,7 @@ def poses(
     pose_noise: For --choose: standard deviation per axis of a measured pose, in the robot file's units.
     encoders_only: For --choose: no instrument measures poses.
     seed: Seed of all random draws, 0 or more.
-    output: Write poses.csv, program.csv, list.json and report.html here.
+    output: Write poses.csv, program.csv, list.json and report.html here; with --choose chosen.csv, and data files to fill in.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
@@ -249,6 +252,37 @@ def contact(
     mass: Mass of the platform, in place of that in the robot file, in the robot file's unit of mass, 0 or more.
     limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
     output: Write legs.csv, contact.json and report.html here.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Raises InputError.
+    """
+
+def rezero(
+    robot: _Given,
+    lengths: _Given,
+    *,
+    at: str | None = None,
+    poses: str | None = None,
+    sigma: float | None = None,
+    tension: float | None = None,
+    output: _Path | None = None,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found[_rezero_Rezeroed]:
+    """Zeros of the length sensors after power-up, from what they show at known poses; everything else stays as it was identified.
+
+    The result is the robot's file with these zeros, which every verb reads. Several poses show whether they agree.
+
+    Exit status 3 where the zeros of single poses differ by more than --sigma allows.
+
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
+    lengths: CSV: what the sensors show, one column per cable, such as c1 [mm].
+    at: Where the platform stood: X,Y,Z or X,Y,Z,RX,RY,RZ in the robot file's units.
+    poses: CSV of poses in which the ids of LENGTHS stand.
+    sigma: Standard deviation of a length, in the robot file's unit of length, above 0.
+    tension: Tension of every cable: cables stretch, in the robot file's unit of force, 0 or more.
+    output: Write here, not to the terminal.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
@@ -335,7 +369,8 @@ def straightness(
 ) -> Found[_straightness_Straightness]:
     """Sag, excess length and stretch of cables, in millimetres of length and of pose, and the least tension for a wanted error.
 
-    Loads that were measured on a cable give its weight and its elasticity, as a constant and as a curve, with 95 % intervals.
+    Loads that were measured on a cable give its weight and its elasticity, as a constant and as a curve, with 95 % intervals. The
+    folder then gets the robot's file with weight and constant elasticity.
     Without --tension, tensions are those of the list of poses, else the least ones that hold the platform.
 
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
@@ -348,7 +383,7 @@ def straightness(
     mass: Mass of the platform, in place of that in the robot file, in the robot file's unit of mass, 0 or more.
     payload: Payload at the centre of mass, in the robot file's unit of mass, 0 or more.
     limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
-    output: Write straightness.csv, straightness.json and report.html here.
+    output: Write straightness.csv, straightness.json and report.html here; with --loads also robot.yaml, with what they tell.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 

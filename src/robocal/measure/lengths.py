@@ -292,9 +292,7 @@ def locate_platform(machine: Model, obs: Observations, wanted: Bools) -> Array:
             pull = np.zeros_like(table)
             pull[obs.configuration, obs.extra["cable"].astype(np.int64)] = obs.extra["tension"]
         for there, rows in _by_carriages(robot, obs, some):
-            found = forward(
-                there, there.readings_of(table[rows]), tension=None if pull is None else pull[rows], axes=axes
-            )
+            found = forward(there, there.readings(table[rows]), tension=None if pull is None else pull[rows], axes=axes)
             good = found.converged & np.isfinite(found.pose).all(axis=(1, 2))
             out[rows[good]] = found.pose[good]
     return out

@@ -56,6 +56,7 @@ def places_of(model: CableRobotModel, rows: Sequence[CableRow], values: CableVal
     of_cables = ((row.name, row.own, row.at) for row in rows)
     for whose, said, where in (*of_cables, (COMMON, model.every_cable, ("every_cable",))):
         note(f"{whose}.{STRETCH}", said.elasticity, (*where, "elasticity"), "1/N")
+        note(f"{whose}.density", said.density, (*where, "density"), "N/m")
         note(f"{whose}.{GAIN}", said.gain, (*where, GAIN), "1")
         note(f"{whose}.{BUILD_UP}", said.build_up, (*where, BUILD_UP), "1/m")
         if whose == COMMON and said.pulley is not None:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,9 +21,10 @@ from robocal.files.text import Source
 from robocal.files.units import Unit, number, same
 from robocal.files.yamlio import Path_, add_stamp, edit, path_text, quote
 
-__all__ = ["describe_cable", "render_cable"]
+__all__ = ["describe_cable", "render_cable", "render_material"]
 
 ZERO = ".l0"
+EVERY = "every_cable"
 
 
 def _body(robot: CableRobot) -> dict[str, float]:
@@ -81,6 +83,30 @@ def render_cable(file: CableFile, values: Mapping[str, float]) -> tuple[str, tup
         text, left_out = listed, tuple(n for n in left_out if not n.endswith((ZERO, f".{GAIN}")))
     origin = file.path.name if file.path else file.robot.name
     return add_stamp(text, origin, len(changed) - len(left_out)), left_out
+
+
+def render_material(file: CableFile, found: Mapping[str, float]) -> str:
+    """The robot with other numbers of all its cables, by the keys `density` and `elasticity` (SI), as text: where the file states them,
+    of each cable or of all; else under every_cable."""
+    robot = file.robot
+    if file.places is None:
+        known: dict[str, Any] = {k: np.full(len(robot.cables), v) for k, v in found.items()}
+        return describe_cable(robot.having(**known), file.units)
+    out: dict[Path_, float | str] = {}
+    lines, common = [], any(path[0] == EVERY for path, _ in file.places.values()) or f"\n{EVERY}:" in file.text
+    for key, value in found.items():
+        stated = [
+            file.places[n] for n in (*(f"{c}.{key}" for c in robot.cables), f"{COMMON}.{key}") if n in file.places
+        ]
+        unit = file.units.of(MATERIALS[key][1])
+        if not stated and not common:
+            lines.append(f"{key}: {number(unit.from_si(value))}")
+        for path, own in stated or ([((EVERY, key), unit)] if common else []):
+            out[path] = own.from_si(value)
+    text = edit(file.text, out, file.path)
+    if lines:
+        text = f"{text.rstrip()}\n{EVERY}: {{{', '.join(lines)}}}\n"
+    return add_stamp(text, file.path.name if file.path else robot.name, len(found))
 
 
 def _with_cables(text: str, file: CableFile, values: Mapping[str, float], wanted: Sequence[str]) -> str | None:

@@ -98,8 +98,9 @@ class CableRemarks:
         "Compare runs that have no measurement in common.",
     )
     CABLE_FILE_LACKS = Phrase(
-        "calibrated.yaml cannot hold the fitted {names}: by itself it is not the identified robot; the run folder is",
-        "Give the folder to `cable forward`: it reads lengths with them.",
+        "calibrated.yaml cannot hold the fitted {names}: they differ between files of lengths, and a robot has one of each",
+        "Of several power-ups, `robocal cable rezero` writes the zeros of the one that is on. Of several drums, name one `gain` in all "
+        "files.",
     )
     BEYOND_TAKEN = Phrase("lengths are read with the {names} that {run} identified")
     ZEROS_LEFT_ASIDE = Phrase(

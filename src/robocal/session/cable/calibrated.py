@@ -154,17 +154,18 @@ class Calibrated:
         return self.file.robot
 
 
-def open_robot(place: str | os.PathLike[str]) -> CableFile:
-    """A cable robot to be asked: its file, or that of a run folder as it was identified, with what is to be said of the run. Raises
-    InputError."""
-    found = open_calibrated(os.fspath(place))
+def open_robot(place: str | os.PathLike[str], zeros: bool = True) -> CableFile:
+    """A cable robot to be asked: its file, or that of a run folder as it was identified, with what is to be said of the run; without the
+    zeros of power-ups unless `zeros` are wanted. Raises InputError."""
+    found = open_calibrated(os.fspath(place), zeros)
     if found.run is None:
         return found.file
     return replace(found.file, warnings=(*found.file.warnings, *found.run.remarks, *found.cautions))
 
 
-def open_calibrated(place: str) -> Calibrated:
-    """A run folder, or a robot file by itself, of which nothing is known but its numbers. Raises InputError."""
+def open_calibrated(place: str, zeros: bool = True) -> Calibrated:
+    """A run folder, or a robot file by itself, of which nothing is known but its numbers; `zeros`: with those of its power-up. Raises
+    InputError."""
     run = find_run(place)
     if run is None:
         return Calibrated(place, read_cable(place), None, None)
@@ -183,7 +184,7 @@ def open_calibrated(place: str) -> Calibrated:
     values = {n: read.values[n] for n in seen if n in read.values}
     robot = file.robot.with_values({n: v for n, v in values.items() if n in file.robot.table})
     found = {n: values[n] for n in names if n in values}
-    more = sensor_gains(robot, found, _has_zeros(seen), place)
+    more = sensor_gains(robot, found, _has_zeros(seen) or not zeros, place)
     robot = robot if more.gain is None else robot.having(gain=more.gain)
     robot = robot.with_values({n: v for n, v in more.values(robot).items() if n in robot.table})
     file = replace(file, robot=robot, beside=(*file.beside, InputFile(told, read_text(told).sha256)))

@@ -139,6 +139,12 @@ class Loads:
         return other if bent and other.missed < one.missed else one
 
     @property
+    def material(self) -> dict[str, float]:
+        """What a robot's file can hold of it, by its keys, SI: the weight, and a constant elasticity where that is the one to take."""
+        taken = {"density": self.weight, "elasticity": self.constant if self.law is self.constant else None}
+        return {k: f.parameters[0].identified for k, f in taken.items() if f is not None and not f.refused}
+
+    @property
     def refused(self) -> tuple[Remark, ...]:
         """Why these loads must not be trusted."""
         taken = [f for f in (self.weight, self.law) if f is not None and f.refused]

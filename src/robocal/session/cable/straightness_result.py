@@ -22,6 +22,7 @@ from robocal.cables.straightness import (
     worst_position,
 )
 from robocal.files.cable.pose_lists import pose_columns, tension_columns
+from robocal.files.cable.write import render_material
 from robocal.files.display import in_units, listing_text
 from robocal.files.parts import CableDocument
 from robocal.files.plain import json_text
@@ -252,4 +253,10 @@ class Straightness(CableResult):
     def texts(self) -> Mapping[str, str | bytes]:
         """The list in the robot file's units, and the document."""
         shown = in_units(self.listing, self.file.units)
-        return {"straightness.csv": listing_text(shown), "straightness.json": json_text(self.document)}
+        out: dict[str, str | bytes] = {
+            "straightness.csv": listing_text(shown),
+            "straightness.json": json_text(self.document),
+        }
+        if self.loads is not None and (found := self.loads.material):
+            out["robot.yaml"] = render_material(self.file, found)
+        return out

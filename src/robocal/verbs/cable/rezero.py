@@ -12,7 +12,7 @@ from robocal.verbs.option import BaseOptions, arg, option
 from robocal.verbs.outcome import Outcome, Watch, run_verb
 
 if TYPE_CHECKING:
-    from robocal.session.cable.rezero import Rezeroed
+    from robocal.session.cable.power_up_zeros import Rezeroed
 
 __all__ = ["Options", "run", "sections"]
 
@@ -42,7 +42,7 @@ class Options(BaseOptions):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Rezeroed]:
     """The robot's file with other zeros. Raises InputError."""
-    from robocal.session.cable.rezero import find_zeros
+    from robocal.session.cable.power_up_zeros import find_zeros
 
     return run_verb(o, (), lambda: find_zeros(o, command))
 

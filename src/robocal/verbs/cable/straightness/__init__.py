@@ -17,14 +17,15 @@ if TYPE_CHECKING:
 
 __all__ = ["Options", "details", "run", "sections"]
 
-FILES = ("straightness.csv", "straightness.json", "report.html")
+FILES = ("straightness.csv", "straightness.json", "robot.yaml", "report.html")  # the robot where loads tell its cables
 
 
 @record
 class Options(BaseOptions):
     """Sag, excess length and stretch of cables, in millimetres of length and of pose, and the least tension for a wanted error.
 
-    Loads that were measured on a cable give its weight and its elasticity, as a constant and as a curve, with 95 % intervals.
+    Loads that were measured on a cable give its weight and its elasticity, as a constant and as a curve, with 95 % intervals. The
+    folder then gets the robot's file with weight and constant elasticity.
     Without --tension, tensions are those of the list of poses, else the least ones that hold the platform.
 
     \b
@@ -60,7 +61,10 @@ class Options(BaseOptions):
     mass: w.PlatformMass = None
     payload: w.Payload = 0.0
     limits: w.TensionLimits = None
-    output: Path | None = option(None, f"Write {', '.join(FILES[:-1])} and {FILES[-1]} here", "DIR", short="-o")
+    output: Path | None = option(
+        None, "Write straightness.csv, straightness.json and report.html here; with --loads also robot.yaml, with what they tell", "DIR",
+        short="-o",
+    )  # fmt: skip
     force: w.Force = False
 
 

@@ -52,8 +52,6 @@ class Rezeroed(CableResult):
     sigma: float | None
     text: str
 
-    lists_files = "some"
-
     @property
     def zeros(self) -> Listing:
         """One row for each cable."""
@@ -81,7 +79,7 @@ class Rezeroed(CableResult):
 
 def find_zeros(o: Any, command: str = "") -> Rezeroed:
     """Zeros by the options of the verb. Raises InputError."""
-    file = open_robot(o.robot)
+    file = open_robot(o.robot, zeros=False)
     robot, si = file.robot, o.si(file.units)
     rows = read_cable_lengths(o.lengths, robot)
     if rows.geometric:
