@@ -100,9 +100,8 @@ class CableRobot(DrumLaw, Unjointed):
 
     def need_straight(self, *, fixed: bool = False) -> None:
         """Raises ModelError naming a cable that is not straight from a frame anchor, that is `fixed`, to a platform anchor."""
-        self.segments.need_straight(
-            self.cables, None if self.rails is None or not fixed else self.rails[:, 2:].any(axis=1)
-        )
+        railed = None if self.rails is None or not fixed else np.asarray(self.rails[:, 2:].any(axis=1))
+        self.segments.need_straight(self.cables, railed)
 
     @property
     def parts(self) -> Mapping[str, tuple[str, ...]]:

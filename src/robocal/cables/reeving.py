@@ -10,6 +10,7 @@ n = 1. A segment between two points of one body, frame or platform, is as long w
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -54,12 +55,12 @@ class Reeving:
         names, cable, times, moves, labels = zip(*first, *more, strict=True)
         return cls(names, np.array(cable), np.array(times, dtype=float), np.array(moves, dtype=bool), labels)
 
-    @property
+    @cached_property
     def still(self) -> Bools:
         """Which segments (p,) have both ends on one body."""
         return np.asarray(self.moves[:, 0] == self.moves[:, 1])
 
-    @property
+    @cached_property
     def is_plain(self) -> bool:
         """Whether every cable runs straight, once along one segment."""
         one_each = bool((self.cable == np.arange(len(self.cable))).all())

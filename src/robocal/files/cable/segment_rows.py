@@ -183,8 +183,10 @@ def reeving_of(
 ) -> tuple[Reeving | None, tuple[SegmentRow, ...]]:
     """What cables run along (None: each once along its own segment), and the segments in its order."""
     first, more = [r[0].segment for r in runs], [run.segment for r in runs for run in r[1:]]
+    if all(s.own for s in first):
+        return None, tuple(first)
     reeving = Reeving.of(names, [[(run.times, run.segment.moves, run.segment.name) for run in r] for r in runs])
-    return (None if all(s.own for s in first) else reeving), (*first, *more)
+    return reeving, (*first, *more)
 
 
 def shared_ends(names: Sequence[str], segments: Sequence[SegmentRow]) -> dict[str, str]:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from robocal._record import replace
-from robocal._types import Array
+from robocal._types import Ints
 from robocal.cables.geometry import CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys
 
 __all__ = ["of_segments", "segment_robot"]
 
 
-def of_segments(robot: CableRobot) -> Array:
+def of_segments(robot: CableRobot) -> Ints:
     """The numbers (n,) of the segments that are drawn."""
     return np.flatnonzero(~robot.segments.still)
 
@@ -35,4 +35,4 @@ def segment_robot(robot: CableRobot) -> CableRobot:
         robot.name, ends[:, :3], ends[:, 3:6], names=names, degrees=robot.degrees, plane=robot.plane, mass=robot.mass, com=robot.com,
         pulleys=None if wheels is None else Pulleys(wheels.radius[shown], wheels.axis[shown]),
     )  # fmt: skip
-    return replace(bare, **known)
+    return replace(bare, **known)  # type: ignore[arg-type]
