@@ -168,12 +168,12 @@ def _straight(
             document.fail(f"cable {i + 1} has no {key} anchor", ("cables", i), found=found, expected=expected)
         at_name = list(anchors)[i] if wanted is None else str(wanted)
         if at_name not in anchors:
-            at, facts = ("cables", i, key), one_of(at_name, anchors)
-            document.fail(f"no such {key} anchor", at, found=wanted, **facts)
+            facts = one_of(at_name, anchors)
+            document.fail(f"no such {key} anchor", ("cables", i, key), found=wanted, **facts)
         ends.append((key, anchors[at_name]))
-    pulley, at = (own.pulley, ("cables", i)) if own.pulley is not None else (model.every_cable.pulley, ("every_cable",))
-    one, two = ends
-    return SegmentUse(SegmentRow(name, (one, two), pulley, (*at, "pulley"), own.rail, ("cables", i, "rail")), 1)
+    (one, two), at = ends, ("cables", i)
+    pulley, wheel_at = (own.pulley, at) if own.pulley is not None else (model.every_cable.pulley, ("every_cable",))
+    return SegmentUse(SegmentRow(name, (one, two), pulley, (*wheel_at, "pulley"), own.rail, (*at, "rail")), 1)
 
 
 def _check_segments(
