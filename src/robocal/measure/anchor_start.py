@@ -26,7 +26,7 @@ __all__ = ["machine_size", "place_by_anchors", "without_turns", "zero_spread"]
 def machine_size(machine: Model) -> float:
     """The mean distance of two frame anchors (m)."""
     robot = cable_robot_of(machine, WHAT)
-    a = np.unique(robot.frame_points, axis=0) if robot.segments.is_plain is False else robot.a
+    a = np.unique(robot.frame_points, axis=0) if not robot.segments.is_plain else robot.a
     away = np.linalg.norm(a[:, None] - a[None], axis=-1)
     return float(away[np.triu_indices(len(a), 1)].mean())
 
