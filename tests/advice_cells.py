@@ -243,3 +243,22 @@ def drums(folder):
     )
     assert np.mean([np.abs(r["residual"]).mean() for r in rows_of(then.document["poses"])]) < 2e-3
     return Ran(3, first.out, first.err), then
+
+
+@obeyed("zeros-disagree")
+def zeros_of_poses(folder):
+    """Two rows of the lengths changed places: their zeros differ by metres; each beside its own pose, they agree."""
+    files = cables(folder, 60, sigma=1e-5, size=0.0, zero=0.3)
+    head, *rows = files[1].with_suffix(".csv").read_text().splitlines()
+    one, other = (r.split(",", 1) for r in rows[:2])
+    ran = []
+    for name, first, second in (("wrong", other[1], one[1]), ("right", one[1], other[1])):
+        table = folder / f"{name}.csv"
+        table.write_text("\n".join([head, f"{one[0]},{first}", f"{other[0]},{second}"]) + "\n")
+        poses = files[2].with_suffix(".csv")
+        ran.append(
+            robocal(
+                "cable", "rezero", files[0], table, "--poses", poses, "--sigma", 0.001, "-o", folder / f"{name}.yaml"
+            )
+        )
+    return ran

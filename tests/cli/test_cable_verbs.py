@@ -265,20 +265,26 @@ def test_every_document_says_of_which_robot_and_from_which_files(verb, lists, op
 def test_new_cable_works_as_it_stands(tmp_path):
     cell = tmp_path / "cell"
     made = robocal("new", "cable", "-o", cell)
-    assert made.status == 0 and "robocal cable tension" in made.out
-    assert sorted(p.name for p in cell.iterdir()) == ["poses.csv", "robot.yaml"]
+    assert made.status == 0 and "robocal cable poses" in made.out and "robocal check" in made.out
+    data = ["lengths.csv", "lengths.yaml", "measured.csv", "poses.yaml"]
+    assert sorted(p.name for p in cell.iterdir()) == sorted([*data, "poses.csv", "robot.yaml"])
+    checked = robocal("check", cell / "robot.yaml", cell / "lengths.yaml", cell / "poses.yaml", "--json").document
+    assert checked["configurations"] == 5 and checked["baseline_error"]["mean"] < 1e-3
     held = robocal("cable", "tension", cell / "robot.yaml", cell / "poses.csv", "--json")
     assert (held.status, held.remarks) == (0, "") and all(p["feasible"] for p in rows_of(held.document["poses"]))
-    ran = robocal("cable", "inverse", cell / "robot.yaml", cell / "poses.csv", "-o", cell / "lengths.csv")
-    assert ran.status == 0 and "these lengths are geometric" in ran.said  # its cables stretch
-    back = rows_of(robocal("cable", "forward", cell / "robot.yaml", cell / "lengths.csv", "--json").document["poses"])
+    robocal("cable", "inverse", cell / "robot.yaml", cell / "poses.csv", "-o", cell / "shown.csv")
+    back = rows_of(robocal("cable", "forward", cell / "robot.yaml", cell / "shown.csv", "--json").document["poses"])
     np.testing.assert_allclose(np.array(back[1]["T_base_platform"])[:3, 3], [-0.8, 0, 1.2], atol=1e-9)
     robocal("new", "cable", "-o", cell).assert_refused("robot.yaml", "--force")
     assert robocal("new", "cable", "-o", cell, "--force", "--json").document["convention"] is None
     robocal("new", "cables", "-o", cell).assert_refused("did you mean 'cable'?")
-    robocal("new", "cable", "--kind", "pose", "-o", tmp_path / "other").assert_refused("--kind", "a cable robot")
+    robocal("new", "cable", "--kind", "range", "-o", tmp_path / "other").assert_refused(
+        "--kind", "lengths, pose, position"
+    )
     robocal("new", "cable", "--tip", "hand", "-o", tmp_path / "other").assert_refused("--tip", "a cable robot")
     assert not (tmp_path / "other").exists()
+    robocal("new", cell / "robot.yaml", "--kind", "lengths", "-o", tmp_path / "monday")
+    assert sorted(p.name for p in (tmp_path / "monday").iterdir()) == data[:2]
 
 
 def test_a_pose_that_is_held_but_bears_nothing_more_is_remarked_on(tmp_path):

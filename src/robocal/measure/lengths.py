@@ -31,7 +31,7 @@ from robocal.measure.machine import Model
 from robocal.measure.rows import METRES, Kind, Rows, register
 from robocal.parameters import Parameter
 
-__all__ = ["LENGTHS", "locate_platform", "owner", "read_everywhere", "readings", "zeros_at"]
+__all__ = ["LENGTHS", "gains_at", "locate_platform", "owner", "read_everywhere", "readings", "zeros_at"]
 
 CHUNK = 1 << 17  # numbers of poses and their Jacobians at once
 ZERO = "l0"

@@ -12,7 +12,7 @@ from robocal.cables.geometry import CableRobot, straight
 from robocal.diagnose.check_registry import Context, Finding, Given, When, check, note, refuse
 from robocal.diagnose.limits import CABLE_COPIES, SIZE_CONFIGURATIONS, SIZES_APART
 from robocal.measure.data import Observations
-from robocal.measure.lengths import locate_platform, owner
+from robocal.measure.lengths import gains_at, locate_platform, owner
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
 from robocal.remarks.english import declare
@@ -92,7 +92,7 @@ def _of_lengths(robot: CableRobot, obs: Observations) -> Iterator[Finding]:
             yield note(Code.TENSIONS_ASIDE, robot=robot.name)
         return
     cable = obs.extra["cable"].astype(np.int64)
-    full = obs.value[:, 0] + robot.zeros[cable]
+    full = gains_at(robot, obs)[cable] * obs.value[:, 0] + robot.zeros[cable]
     if owner(obs):  # what they count from is not known yet
         full = straight(robot, robot.home)[0][0][cable]
     if "tension" in obs.extra:

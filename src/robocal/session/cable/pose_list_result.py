@@ -12,7 +12,7 @@ import numpy as np
 from robocal._record import record, replace
 from robocal._types import Array
 from robocal.cables.boundary import statics_along
-from robocal.cables.geometry import EXPECTED
+from robocal.cables.geometry import EXPECTED, CableRobot
 from robocal.cables.list_start import Clearance, Start
 from robocal.cables.pose_list import (
     LIMITS,
@@ -83,7 +83,15 @@ def make_list(o: Any, tell: Watch, command: str = "") -> Listed:
         if o.wanted is not None:
             rng = np.random.default_rng([o.seed, 1])
             with name_option({"criterion": "--criterion", "count": "--choose"}):
-                choice = choose(able, listing.poses, o.wanted, noise=noise, criterion=o.criterion, rng=rng, watch=tell)
+                choice = choose(
+                    _with_zeros_free(able),
+                    listing.poses,
+                    o.wanted,
+                    noise=noise,
+                    criterion=o.criterion,
+                    rng=rng,
+                    watch=tell,
+                )
     if o.output is not None:
         tell({"stage": "report"})
     return Listed(
@@ -92,6 +100,16 @@ def make_list(o: Any, tell: Watch, command: str = "") -> Listed:
         noise_stated=o.sigma is not None,
         warnings=(*file.warnings, *warnings, *_doubts(listing, noise, o, file)), inputs=robot_inputs(file, o.robot), command=command,
     )  # fmt: skip
+
+
+def _with_zeros_free(robot: CableRobot) -> CableRobot:
+    """The robot as it will be identified: where its file frees none of its zeros, the data files to fill in have zeros of their own."""
+    table, zeros = robot.table, [f"{c}.l0" for c in robot.cables]
+    return (
+        robot.with_table(table.with_free({*table.free, *zeros}))
+        if table.free and not {*zeros} & {*table.free}
+        else robot
+    )
 
 
 def _noise(file: CableFile, sigma: float | None, pose: Array | None, alone: bool) -> MeasurementNoise:
