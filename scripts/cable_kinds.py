@@ -45,9 +45,19 @@ class Case:
     """A kind: what cables run along, what is free, and what its file says besides."""
 
     def __init__(
-        self, legs: dict[str, Legs], free: str, *, frame: Points = FRAME, platform: Points = PLATFORM, degrees: str = "3R3T", wheel: float = 0.0, rails: Sequence[str] = (), columns: bool = False, drum: bool = False,
+        self,
+        legs: dict[str, Legs],
+        free: str,
+        *,
+        frame: Points = FRAME,
+        platform: Points = PLATFORM,
+        degrees: str = "3R3T",
+        wheel: float = 0.0,
+        rails: Sequence[str] = (),
+        columns: bool = False,
+        drum: bool = False,
         only: Sequence[str] = (),
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.legs, self.free, self.frame, self.platform, self.degrees = legs, free, frame, platform, degrees
         self.wheel, self.rails, self.columns, self.drum, self.only = wheel, tuple(rails), columns, drum, tuple(only)
 
