@@ -19,6 +19,7 @@ BLOCK = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
 STATUS = {
     "cable-calibration": (0, 0, 0, 0, 0, 0, 0),
     "cable-camera": (0, 0),
+    "cable-kinds": (0,) * 10,
     "cable-laval": (0, 0, 3, 0, 0, 0, 0, 0),
     "cable-planar": (0, 0, 0, 3),
 }

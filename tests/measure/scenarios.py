@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from cables.kinds import DRUMS, MOVING, PLANAR, RAILS, robot_of
 
 from robocal.arms.conventions import chain
 from robocal.arms.joint_loads import load_names, with_loads
@@ -369,6 +370,23 @@ def wheeled(common):
     return made_of
 
 
+def kind_of_cable(text, tense=False):
+    def made_of(rng):
+        """Cables that are sums of segments, anchors on rails with one carriage read, drums that grow; everything free."""
+        m, machine = 3, robot_of(text)
+        n = len(machine.cables)
+        machine = machine.having(elasticity=np.full(n, 2e-4)) if tense else machine
+        extra = {"cable": np.tile(np.arange(n), m)}
+        if machine.rails is not None:
+            extra["carriage"] = np.where(extra["cable"] == 2, np.linspace(0.2, 0.9, n * m), np.nan)
+        if tense:
+            extra["tension"] = np.linspace(20.0, 400.0, n * m)
+        obs = observations("lengths", m, 1e-3, each=n, extra=extra, options={"cables": machine.cables})
+        return made(machine, [obs], rng, m)
+
+    return made_of
+
+
 def swivelling(rng):
     """Pulleys that swivel about axes that lean, one of them along the base's x."""
     m, machine = 5, platform()
@@ -470,6 +488,10 @@ SCENARIOS = {
     "lengths/free poses, a gain of all drums": drums(False),
     "lengths/free poses, a gain of each drum": drums(True),
     "lengths/free poses": lengths,
+    "lengths/free poses, sums of segments": kind_of_cable(MOVING),
+    "lengths/free poses, sums of segments that stretch": kind_of_cable(PLANAR, tense=True),
+    "lengths/free poses, an anchor on a rail": kind_of_cable(RAILS),
+    "lengths/free poses, drums that grow": kind_of_cable(DRUMS),
     "lengths/free poses, stretched": stretched,
     "pixels/arm, camera on the base": lambda rng: made(arm(), [pixels(3, EYE, (BALL,))], rng, 3),
     "pixels/arm, several targets": lambda rng: made(

@@ -101,6 +101,7 @@ def compare_anchors(
 ) -> AnchorDrift:
     """Compares two calibrations of a robot; `zeros_unchanged` says that its sensors counted on in between, `base_moves` that the
     coordinates of the two need not be the same. Raises ModelError where they know nothing in common."""
+    robot.need_straight(fixed=True)
     names = tuple(n for n in first.names if n in second.names and n in robot.table)
     if not names:
         raise ModelError("the two calibrations found nothing in common", expected="anchors or zeros found in both")

@@ -25,8 +25,8 @@ def check(robot: CableRobot) -> tuple[Remark, ...]:
     m = len(robot.cables)
     expected = f"{FEWEST} to {MOST} cables"
     require(FEWEST <= m <= MOST, "a cable robot of this kind", key="cables", found=m, expected=expected)
-    good = np.isfinite(robot.numbers).all(axis=1)
-    require(good.all(), "an anchor is not a number", key=robot.cables[int(np.argmin(good))])
+    good = np.isfinite(robot.ends).all(axis=1)
+    require(good.all(), "an anchor is not a number", key=robot.segments.names[int(np.argmin(good))])
     _far(robot)
     _numbers(robot)
     doubts = _anchors(robot)
@@ -43,10 +43,10 @@ def check(robot: CableRobot) -> tuple[Remark, ...]:
 
 def _far(robot: CableRobot) -> None:
     """No anchor is further away than lengths are numbers."""
-    for side, letter, points in (("frame", "a", robot.a), ("platform", "b", robot.b)):
+    for side, letter, points in (("frame", "a", robot.ends[:, :3]), ("platform", "b", robot.ends[:, 3:6])):
         away = np.abs(points).max(axis=1)
         i = int(np.argmax(away))
-        key, found, expected = f"{robot.cables[i]}.{letter}", float(away[i]), f"within {FAR:g} m"
+        key, found, expected = f"{robot.segments.names[i]}.{letter}", float(away[i]), f"within {FAR:g} m"
         require(found <= FAR, f"a {side} anchor that far away", key=key, found=found, expected=expected)
 
 
@@ -67,7 +67,16 @@ def _numbers(robot: CableRobot) -> None:
             require(0 <= value < np.inf, word, key=f"{cable}.{what}", found=value, expected="0 or more")
     for cable, gain in zip(robot.cables, robot.gain.tolist(), strict=True):
         require(0 < gain < np.inf, "a gain is above 0", key=f"{cable}.gain", found=gain, expected="a number near 1")
-    for cable, radius in zip(robot.cables, () if robot.pulleys is None else robot.pulleys.radius, strict=False):
+    for cable, growth in zip(robot.cables, robot.build_up.tolist(), strict=True):
+        expected = "a small number, as 0.02 per m"
+        require(
+            abs(growth) < np.inf,
+            "a build-up that is no number",
+            key=f"{cable}.build_up",
+            found=growth,
+            expected=expected,
+        )
+    for cable, radius in zip(robot.segments.names, () if robot.wheels is None else robot.wheels.radius, strict=False):
         require(radius >= 0, "a negative radius", key=f"{cable}.pulley", expected="0 or more")
     massive = robot.mass is None or robot.mass > 0
     require(massive, "a platform has a mass", key="mass", found=robot.mass, expected="above 0 kg")
@@ -89,7 +98,9 @@ def _inertia(inertia: np.ndarray) -> None:
 
 def _anchors(robot: CableRobot) -> list[Remark]:
     """No cable twice; frame anchors that coincide are remarked on."""
-    doubts = []
+    doubts: list[Remark] = []
+    if not robot.segments.is_plain:
+        return doubts  # cables along one segment are told apart by how often they run along it
     for i, j in zip(*np.triu_indices(len(robot.cables), 1), strict=True):
         if np.linalg.norm(robot.a[i] - robot.a[j]) > SAME:
             continue
@@ -106,7 +117,7 @@ def _rank(robot: CableRobot) -> int:
     poses = np.broadcast_to(robot.home, (8, 4, 4)).copy()
     moves = [i for i in range(3) if i in robot.axes]
     turns = [i for i in range(3) if i + 3 in robot.axes]
-    extent = np.maximum(robot.a.max(axis=0) - robot.a.min(axis=0), 1e-3)
+    extent = np.maximum(np.ptp(robot.frame_points, axis=0), 1e-3)
     poses[:, moves, 3] += 0.2 * extent[moves] * rng.uniform(-1, 1, (8, len(moves)))
     turn = np.zeros((8, 3))
     turn[:, turns] = rng.uniform(-0.3, 0.3, (8, len(turns)))
@@ -117,7 +128,7 @@ def _rank(robot: CableRobot) -> int:
         not inside.any(), "this pulley is so large that the platform anchor lies in it wherever the platform is",
         key=f"{robot.cables[int(np.argmax(inside))]}.pulley", expected="a smaller radius, in the unit of the file",
     )  # fmt: skip
-    size = max(float(np.abs(robot.b).max()), SAME)
+    size = max(float(np.abs(robot.platform_points).max(initial=0.0)), SAME)
     scaled = np.nan_to_num(slope / np.array([1, 1, 1, size, size, size]))[..., list(robot.axes)]
     values = np.linalg.svd(scaled, compute_uv=False)
     return int((values > LOST * values[:, :1]).sum(axis=1).max())

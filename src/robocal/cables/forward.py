@@ -19,7 +19,8 @@ from robocal._jit import as_kernel_array
 from robocal._record import record
 from robocal._types import Array, Bools, Ints
 from robocal.cables.cable_lengths import model_of, pulls
-from robocal.cables.geometry import CableRobot, cable_table
+from robocal.cables.geometry import CableRobot
+from robocal.cables.segment_table import cable_table
 from robocal.errors import ModelError, require
 from robocal.geometry import se3
 
@@ -93,9 +94,10 @@ def forward(
     k, m = y.shape
     axes = list(robot.axes if axes is None else axes)
     _check(robot, y, axes)
-    y = robot.gain * y  # from here on lengths, less their zeros
+    per = robot.winding(y)
+    y = robot.wound(y)  # from here on lengths, less their zeros
     t = None if tension is None else pulls(robot, tension, (k, m))
-    s = None if sigma is None else robot.gain * np.broadcast_to(np.asarray(sigma, float), (m,))
+    s = None if sigma is None else _common(per) * np.broadcast_to(np.asarray(sigma, float), (m,))
     weight = np.ones(m) if s is None else 1 / s
 
     lengths_at = model_of(robot, sag=sag, tense=t is not None)
@@ -118,7 +120,12 @@ def forward(
     pose, r, slope, _, iterations, converged = (v[at] for v in ends)
     pose[np.isnan(r).any(axis=1)] = np.nan
     covariance, counted = _covariance(r, slope, s is not None), solutions if starts else np.zeros(k, dtype=np.int64)
-    return Forward(pose, robot.readings(r / weight), covariance, iterations, converged, counted, rival)
+    return Forward(pose, r / weight / per, covariance, iterations, converged, counted, rival)
+
+
+def _common(per: Array) -> Array:
+    """How fast lengths grow with what sensors show, (m,): in the middle of the rows (k, m), where drums grow with every turn."""
+    return np.asarray(per.mean(axis=0))
 
 
 def _check(robot: CableRobot, y: Array, axes: list[int]) -> None:
@@ -134,8 +141,17 @@ def _check(robot: CableRobot, y: Array, axes: list[int]) -> None:
 def _box(robot: CableRobot, y: Array) -> tuple[Array, Array]:
     """Corners (k, 3) of where the platform can be at all: no further from a frame anchor than its cable is long and the
     platform anchor is out."""
-    reach = (REACH * np.abs(y + robot.zeros) + np.linalg.norm(robot.b, axis=1))[..., None]
-    return (robot.a - reach).max(axis=1), (robot.a + reach).min(axis=1)
+    ways, frame = robot.segments, robot.frame_points
+    less = np.bincount(ways.cable, ways.times < 0) > 0  # a difference says nothing of its parts
+    some = ~ways.still & ~less[ways.cable]
+    full = np.abs(y + robot.zeros)[:, ways.cable[some]] / ways.times[some]
+    reach = (REACH * full + np.linalg.norm(robot.ends[some, 3:6], axis=1))[..., None]
+    a, away = robot.ends[some, :3], np.ptp(frame, axis=0)
+    low = (a - reach).max(axis=1, initial=-np.inf)
+    high = (a + reach).min(axis=1, initial=np.inf)
+    return np.where(np.isfinite(low), low, frame.min(axis=0) - away), np.where(
+        np.isfinite(high), high, frame.max(axis=0) + away
+    )
 
 
 def _hanging(robot: CableRobot, y: Array) -> Array:
@@ -144,7 +160,7 @@ def _hanging(robot: CableRobot, y: Array) -> Array:
     out = np.broadcast_to(robot.home, (len(y), 4, 4)).copy()
     if 2 in robot.axes:
         low, high = _box(robot, y)
-        out[:, 2, 3] -= np.maximum(0.25 * (high - low)[:, 2] - np.ptp(robot.a[:, 2]) / 2, 0.0)
+        out[:, 2, 3] -= np.maximum(0.25 * (high - low)[:, 2] - np.ptp(robot.frame_points[:, 2]) / 2, 0.0)
     return out
 
 

@@ -1,10 +1,11 @@
 """A cable robot: a platform hung from frame anchors, and the lengths of its straight cables.
 
-    l_i = |p + R b_i - a_i| - l0_i,    y_i = l_i / g_i
+    l_i = |p + R b_i - a_i| - l0_i,    l_i = g_i y_i + q_i y_i^2
 
 Cable i runs from frame anchor a_i (base coordinates) to platform anchor b_i (platform coordinates); l0_i is the zero
-of its length sensor, which shows y_i: its drum winds up a length g_i times as long (1 where nothing is stated). With a pulley
-the cable enters at a_i, wraps and leaves towards the platform (`cables/pulley.py`).
+of its length sensor, which shows y_i: what its drum winds up of that, g_i and q_i say (`cables/drum.py`; 1 and 0 where nobody does).
+With a pulley the cable enters at a_i, wraps and leaves towards the platform (`cables/pulley.py`). A cable may be a sum of such
+segments (`cables/reeving.py`), and its anchor may be on a rail (`cables/rail.py`).
 The base's z points up. Twists are (v, w) in base axes about the platform's origin.
 """
 
@@ -20,57 +21,39 @@ from numpy.typing import ArrayLike
 
 from robocal._record import field, record, replace
 from robocal._types import Array
-from robocal.cables.material import GAIN, STRETCH, WHEEL, material_rows
+from robocal.cables.cable_parameters import COMMON, EXPECTED, PLATFORM, SYMBOLS, anchor_parameters
+from robocal.cables.degrees import DEGREES
+from robocal.cables.drum import DrumLaw
+from robocal.cables.material import BUILD_UP, GAIN, STRETCH, WHEEL, material_rows
 from robocal.cables.pulley import Pulleys, run
+from robocal.cables.rail import RAIL, offset
+from robocal.cables.reeving import Reeving
+from robocal.cables.segment_ends import motions, points_of, segment_lines
 from robocal.errors import require
 from robocal.geometry import se3
 from robocal.geometry.path.unjointed import Unjointed
-from robocal.parameters import Parameter, ParameterTable
+from robocal.parameters import ParameterTable
 
 __all__ = [
-    "COMMON",
-    "DEGREES",
-    "EXPECTED",
-    "GAIN",
-    "STRETCH",
-    "SYMBOLS",
-    "WHEEL",
-    "CableRobot",
-    "cable_robot",
-    "cable_table",
-    "home",
-    "lengths",
-    "straight",
-]
-
-SYMBOLS = ("ax", "ay", "az", "bx", "by", "bz", "l0")
-PLATFORM = "platform"  # whose mass and centre of mass are, where load cells tell them
-COMMON = "cables"  # whose a number is that all cables have together
-SPATIAL = (0, 1, 2, 3, 4, 5)
-# What a tape measure or radio beacons leave, by the thesis; four poses and more improve it a hundredfold.
-EXPECTED = 0.1  # tolerance: m
-
-# What a robot can do, by plane (`plane` is that of a planar robot): the components of the twist (v, w) that it has.
-DEGREES: Mapping[str, Mapping[str, tuple[int, ...]]] = {
-    "3R3T": {"xy": SPATIAL, "xz": SPATIAL, "yz": SPATIAL},
-    "3T": {"xy": SPATIAL[:3], "xz": SPATIAL[:3], "yz": SPATIAL[:3]},
-    "1R2T": {"xy": (0, 1, 5), "xz": (0, 2, 4), "yz": (1, 2, 3)},
-    "2T": {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)},
-}
+    "BUILD_UP", "COMMON", "DEGREES", "EXPECTED", "GAIN", "PLATFORM", "RAIL", "STRETCH", "SYMBOLS", "WHEEL", "CableRobot", "cable_robot",
+    "home", "lengths", "straight",
+]  # fmt: skip
 
 
 @record(eq=False)
-class CableRobot(Unjointed):
+class CableRobot(DrumLaw, Unjointed):
     """Anchors and sensor zeros of m cables, as a parameter table `c1.ax` ... `c1.bz`, `c1.l0` in m, and what else is
     known of them.
 
     The table also has what is known of pulleys, `c1.radius` in m and the swivel axis `c1.nx` ... `c1.nz` of any length,
-    of stretch, `c1.elasticity` in 1/N: strain per tension, and of drums, `c1.gain`. mass in kg, com (3,) in m and inertia (3, 3) in kg m2
-    about com, all in platform axes; limits (m, 2): least and greatest tension in N; density (m,): weight per unstretched
-    length in N/m; diameter (m,) in m. None: not known. `degrees` is a key of DEGREES; a planar robot moves in `plane` of the
+    of stretch, `c1.elasticity` in 1/N: strain per tension, and of drums, `c1.gain` and `c1.build_up` in 1/m. mass in kg, com (3,) in m and
+    inertia (3, 3) in kg m2 about com, all in platform axes; limits (m, 2): least and greatest tension in N; density (m,): weight per
+    unstretched length in N/m; diameter (m,) in m. None: not known. `degrees` is a key of DEGREES; a planar robot moves in `plane` of the
     base (xz and yz stand upright). `sources` says where values come from, `assumed` names those that were chosen:
     c1.a, c1.b, c1.zero, c1.tension, c1.pulley, ..., mass, com, inertia; the source of them all is under "". Cables that share an
-    anchor share its parameters: `shared` says whose they are ("c2.ax": "c1.ax"), and the table has them once.
+    anchor share its parameters: `shared` says whose they are ("c2.ax": "c1.ax"), and the table has them once. `reeving` says along which
+    segments cables run, whose ends are then what the table has (None: each along its own). A rail (`c1.carriage`, `c1.rail`, `c1.rx` ...)
+    carries a frame anchor from where the table has it.
     """
 
     # None: anchors are coordinates, and their scale is that of the winches that are read.
@@ -85,6 +68,7 @@ class CableRobot(Unjointed):
     limits: Array | None = None
     density: Array | None = None
     diameter: Array | None = None
+    reeving: Reeving | None = None
     degrees: str = "3R3T"
     plane: str = "xz"
     shared: Mapping[str, str] = field(default_factory=dict)
@@ -92,9 +76,32 @@ class CableRobot(Unjointed):
     assumed: tuple[str, ...] = ()
 
     @cached_property
+    def segments(self) -> Reeving:
+        """What its cables run along."""
+        return Reeving.plain(self.cables) if self.reeving is None else self.reeving
+
+    @cached_property
+    def ends(self) -> Array:
+        """Both ends of every segment and the zero of its cable, (p, 7) in the order of SYMBOLS, 0 for what a cable runs along besides;
+        on a rail the anchor is where the carriage stands."""
+        names, m = self.segments.names, len(self.cables)
+        out = np.zeros((len(names), len(SYMBOLS)))
+        out[:, :6] = self.values_of(SYMBOLS[:6], names)
+        out[:m, 6:] = self.values_of(SYMBOLS[6:], self.cables)
+        if self.rails is not None:
+            out[:, :3] += offset(self.rails)
+        return out
+
+    @property
     def numbers(self) -> Array:
-        """The seven numbers of every cable in the order of SYMBOLS, (m, 7)."""
-        return np.array([[self.table[self.row(f"{c}.{s}")].value for s in SYMBOLS] for c in self.cables])
+        """The seven numbers of every cable in the order of SYMBOLS, (m, 7). Raises ModelError where a cable runs along several segments."""
+        self.need_straight()
+        return self.ends
+
+    def need_straight(self, *, fixed: bool = False) -> None:
+        """Raises ModelError naming a cable that is not straight from a frame anchor, that is `fixed`, to a platform anchor."""
+        railed = None if self.rails is None or not fixed else np.asarray(self.rails[:, 2:].any(axis=1))
+        self.segments.need_straight(self.cables, railed)
 
     @property
     def parts(self) -> Mapping[str, tuple[str, ...]]:
@@ -105,10 +112,17 @@ class CableRobot(Unjointed):
         """The parameter that stands for a name: its own, or that of the cable whose anchor it shares."""
         return self.shared.get(name, name)
 
-    @cached_property
+    @property
     def pulleys(self) -> Pulleys | None:
-        """The pulleys, radii (m,) and axes (m, 3) of length 1; radius 0 where a cable has none. None: no cable has one."""
-        found = self._table_values(WHEEL)
+        """The pulleys, radii (m,) and axes (m, 3) of length 1; radius 0 where a cable has none. None: no cable has one. Raises as
+        `numbers` does."""
+        self.need_straight()
+        return self.wheels
+
+    @cached_property
+    def wheels(self) -> Pulleys | None:
+        """As `pulleys`, of every segment (p,)."""
+        found = self.values_of(WHEEL, self.segments.names)
         bare = np.isnan(found[:, 0])
         if bare.all():
             return None
@@ -116,29 +130,20 @@ class CableRobot(Unjointed):
         return Pulleys(found[:, 0], found[:, 1:] / np.linalg.norm(found[:, 1:], axis=1, keepdims=True))
 
     @cached_property
+    def rails(self) -> Array | None:
+        """The rails on which frame anchors stand, (p, 5) in the order of RAIL, zero where there is none. None: no anchor is on one."""
+        found = self.values_of(RAIL, self.segments.names)
+        return None if np.isnan(found[:, 0]).all() else np.nan_to_num(found)
+
+    @cached_property
     def elasticity(self) -> Array | None:
         """Strain per tension (m,) in 1/N. None: not known."""
-        found = self._table_values((STRETCH,))[:, 0]
+        found = self.values_of((STRETCH,), self.cables)[:, 0]
         return None if np.isnan(found).any() else found
 
-    @property
-    def gain(self) -> Array:
-        """Length that each drum winds up over the length that its sensor shows, (m,); 1 where nobody states one."""
-        found = self._table_values((GAIN,))[:, 0]
-        return np.where(np.isnan(found), 1.0, found)
-
-    @property
-    def states_gains(self) -> bool:
-        """Whether the gains of its drums are parameters of it."""
-        return any(self.row(f"{c}.{GAIN}") in self.table for c in self.cables)
-
-    def readings(self, lengths: Array) -> Array:
-        """What the sensors show of lengths (k, m) less their zeros."""
-        return lengths / self.gain
-
-    def _table_values(self, symbols: Sequence[str]) -> Array:
-        """Numbers (m, k) of the table by symbol, not a number where a cable has none."""
-        names = [[self.row(f"{c}.{s}") for s in symbols] for c in self.cables]
+    def values_of(self, symbols: Sequence[str], whose: Sequence[str]) -> Array:
+        """Numbers (p, k) of the table by symbol, not a number where a cable or segment has none."""
+        names = [[self.row(f"{c}.{s}") for s in symbols] for c in whose]
         return np.array([[self.table[n].value if n in self.table else np.nan for n in own] for own in names])
 
     def having(
@@ -150,15 +155,12 @@ class CableRobot(Unjointed):
         **known: object,
     ) -> Self:
         """The same robot with other pulleys, or with none, with cables that stretch otherwise, other drums, and other fields."""
-        wheels = self.pulleys if isinstance(pulleys, EllipsisType) else pulleys
-        strain = self.elasticity if isinstance(elasticity, EllipsisType) else elasticity
         given = ((pulleys, WHEEL), (elasticity, (STRETCH,)), (gain, (GAIN,)))
         gone = [s for value, symbols in given if not isinstance(value, EllipsisType) for s in symbols]
-        drums = None if isinstance(gain, EllipsisType) else gain
         left = {k: v for k, v in self.shared.items() if k.rpartition(".")[2] not in gone}
         kept = [p for p in self.table.rows if p.name.rpartition(".")[2] not in gone]
-        names = {p.name for p in kept}
-        more = [p for p in material_rows(self.cables, wheels, strain, drums, left) if p.name not in names]
+        wheels, strain, drums = (None if isinstance(v, EllipsisType) else v for v in (pulleys, elasticity, gain))
+        more = material_rows(self.segments.names, self.cables, left, pulleys=wheels, elasticity=strain, gain=drums)  # type: ignore[arg-type]
         return replace(self, table=ParameterTable((*kept, *more), self.table.together), shared=left, **known)  # type: ignore[arg-type]
 
     @property
@@ -168,13 +170,17 @@ class CableRobot(Unjointed):
 
     @property
     def frame_points(self) -> Array:
-        """Its frame anchors: between them the platform moves."""
-        return self.a
+        """Where segments end on the frame, its anchors: between them the platform moves."""
+        return points_of(self.segments, self.ends, platform=False)
+
+    @property
+    def platform_points(self) -> Array:
+        """Where segments end on the platform, in its coordinates."""
+        return points_of(self.segments, self.ends, platform=True)
 
     def lines(self, joints: Array | None, poses: Array, extra: object = None, /) -> Mapping[str, Array]:
-        """Each cable from its platform anchor to its frame anchor."""
-        ends = poses[:, None, :3, 3] + self.b @ poses[:, :3, :3].swapaxes(1, 2)
-        return {c: np.stack([ends[:, i], 0 * ends[:, i] + self.a[i]], axis=1) for i, c in enumerate(self.cables)}
+        """Each segment from its end on the platform to that on the frame."""
+        return segment_lines(self.segments, self.ends, poses)
 
     @property
     def b(self) -> Array:
@@ -184,7 +190,7 @@ class CableRobot(Unjointed):
     @property
     def zeros(self) -> Array:
         """Zeros of the length sensors, (m,)."""
-        return np.asarray(self.numbers[:, 6])
+        return np.asarray(self.ends[: len(self.cables), 6])
 
     def pulley(self, cable: int) -> Pulleys | None:
         """The pulley of one cable by its number, radius () and axis (3,)."""
@@ -216,15 +222,16 @@ class CableRobot(Unjointed):
 
     @property
     def geometric(self) -> tuple[str, ...]:
-        """What its making leaves: anchors, radii and gains of drums. Where a length sensor counts from may be anything."""
-        return tuple(n for n in self.table.names if n.rpartition(".")[2] in (*SYMBOLS[:6], "radius", GAIN))
+        """What its making leaves: anchors, radii and drums. Where a length sensor counts from may be anything."""
+        return tuple(n for n in self.table.names if n.rpartition(".")[2] in (*SYMBOLS[:6], "radius", GAIN, BUILD_UP))
 
     @property
     def anywhere(self) -> frozenset[str]:
         """What nobody has said: an anchor or a zero that is nought in all its numbers, or that somebody assumed."""
         out = set()
-        for cable, numbers in zip(self.cables, self.numbers, strict=True):
-            for what, some in (("a", slice(0, 3)), ("b", slice(3, 6)), ("zero", slice(6, 7))):
+        m = len(self.cables)
+        for i, (cable, numbers) in enumerate(zip(self.segments.names, self.ends, strict=True)):
+            for what, some in (("a", slice(0, 3)), ("b", slice(3, 6)), ("zero", slice(6, 7)))[: 3 if i < m else 2]:
                 if f"{cable}.{what}" in self.assumed or not numbers[some].any():
                     out |= {self.row(f"{cable}.{s}") for s in SYMBOLS[some]}
         return frozenset(out)
@@ -233,21 +240,7 @@ class CableRobot(Unjointed):
     def motions(self) -> Mapping[str, Mapping[str, float]]:
         """Small motions of the base, of the platform's coordinates, and of both together where the robot lacks a direction: rates of
         its anchors. Which of them lengths cannot tell is for the data to say."""
-        out: dict[str, Mapping[str, float]] = {}
-        of_base, of_platform = self._rates("a", self.a), self._rates("b", self.b)
-        of_both = [{**p, **b} for b, p in zip(of_base, of_platform, strict=True)]
-        for whose, rates in (("the base", of_base), ("the platform", of_platform), ("base and platform", of_both)):
-            for i, rate in enumerate(rates):
-                # A motion of both that the robot can follow is a motion of each.
-                if rate and not (rates is of_both and i in self.axes):
-                    out[f"{whose} {'along' if i < 3 else 'about'} {'xyz'[i % 3]}"] = rate
-        return out
-
-    def _rates(self, symbol: str, points: Array) -> list[dict[str, float]]:
-        """What the six small motions of one end's coordinates do to its anchors (m, 3)."""
-        names = [self.row(f"{c}.{symbol}{s}") for c in self.cables for s in "xyz"]
-        motions = [*np.eye(3)[:, None] + np.zeros_like(points), *(np.cross(e, points) for e in np.eye(3))]
-        return [{n: float(v) for n, v in zip(names, m.ravel(), strict=True) if v != 0.0} for m in motions]
+        return motions(self.segments, self.ends, self.rails, self.axes, self.row)
 
     @property
     def freedom(self) -> tuple[int, ...]:
@@ -257,7 +250,7 @@ class CableRobot(Unjointed):
     @property
     def home(self) -> Array:
         """X_0, (4, 4): where a pose is looked for when nothing is known."""
-        return home(self.a)
+        return home(self.frame_points)
 
     def need(self, what: str) -> Array:
         """A property that may be unknown, as an array. Raises ModelError naming it when it is."""
@@ -281,12 +274,16 @@ def cable_robot(
     names: Sequence[str] | None = None,
     shared: Mapping[str, str] | None = None,
     pulleys: Pulleys | None = None,
+    rails: ArrayLike | None = None,
     elasticity: ArrayLike | None = None,
     gain: ArrayLike | None = None,
+    build_up: ArrayLike | None = None,
+    reeving: Reeving | None = None,
     **known: object,
 ) -> CableRobot:
     """A robot from anchors (m, 3) and (m, 3); `free` lists the symbols that are to be identified, `shared` the numbers that are another
-    cable's or of all, `known` the other fields of CableRobot.
+    cable's or of all, `known` the other fields of CableRobot. Of a `reeving` with p segments anchors, pulleys and rails (p, 5) are those of
+    segments.
 
     Raises ModelError when there are not as many of one as of the other.
     """
@@ -295,17 +292,17 @@ def cable_robot(
         a.shape == b.shape and a.ndim == 2 and a.shape[1] == 3, "every cable needs one frame anchor and one platform anchor",
         found=f"{len(a)} frame anchors, {len(b)} platform anchors", expected="as many of one as of the other, three coordinates each",
     )  # fmt: skip
-    l0 = np.zeros(len(a)) if zeros is None else np.asarray(zeros, float)
-    cables = tuple(f"c{i}" for i in range(1, len(a) + 1)) if names is None else tuple(names)
-    rows = [
-        Parameter(f"{cable}.{s}", float(v), "m", s in free, expected=EXPECTED)
-        for cable, numbers in zip(cables, np.column_stack([a, b, l0]), strict=True)
-        for s, v in zip(SYMBOLS, numbers, strict=True)
-        if f"{cable}.{s}" not in whose
-    ]
-    material = material_rows(cables, pulleys, elasticity, gain, whose)
+    many = len(a) if reeving is None else int(reeving.cable.max()) + 1
+    l0 = np.zeros(many) if zeros is None else np.asarray(zeros, float)
+    cables = tuple(f"c{i}" for i in range(1, many + 1)) if names is None else tuple(names)
+    segments = cables if reeving is None else reeving.names
+    slides = None if rails is None else np.asarray(rails, float)
+    rows = anchor_parameters(segments, np.hstack([a, b]), l0, free, whose)
+    material = material_rows(
+        segments, cables, whose, pulleys=pulleys, rails=slides, elasticity=elasticity, gain=gain, build_up=build_up
+    )
     rows += [replace(p, free=p.name.rpartition(".")[2] in free) for p in material]
-    return CableRobot(name, cables, ParameterTable(tuple(rows)), shared=whose, **known)  # type: ignore[arg-type]
+    return CableRobot(name, cables, ParameterTable(tuple(rows)), shared=whose, reeving=reeving, **known)  # type: ignore[arg-type]
 
 
 def lengths(pose: Array, cable: Array, pulley: Pulleys | None = None) -> tuple[Array, Array, Array]:
@@ -325,20 +322,23 @@ def lengths(pose: Array, cable: Array, pulley: Pulleys | None = None) -> tuple[A
     return full - l0, by_pose, by_cable
 
 
-def straight(robot: CableRobot, pose: ArrayLike) -> tuple[Array, Array, Array]:
-    """Geometric lengths (k, m) from frame anchor to platform anchor, over pulleys where there are any, their gradient
-    L (k, m, 6) and the levers R b_i (k, m, 3).
+def straight(robot: CableRobot, pose: ArrayLike, carriage: Array | None = None) -> tuple[Array, Array, Array]:
+    """Geometric lengths (k, m) of cables, straight or over pulleys where there are any, their gradient L (k, m, 6), and the levers R b
+    (k, p, 3) of the segments that they run along, which are the cables where each is straight.
 
-    L = [u_i, R b_i x u_i] with u_i the direction in which cable i arrives at the platform (3.5 and 3.7 with Q b_i);
-    W = -L^T. pose (k, 4, 4). A cable without length has no direction: its row of L is zero.
+    L = [u_i, R b_i x u_i] with u_i the direction in which cable i arrives at the platform (3.5 and 3.7 with Q b_i), summed over
+    segments; W = -L^T. pose (k, 4, 4); carriage (k,) in m is what was read of all carriages, where it is a number. A cable without
+    length has no direction: its row of L is zero.
     """
-    t = np.asarray(pose, float).reshape(-1, 4, 4)
-    lever = robot.b @ t[:, :3, :3].swapaxes(-1, -2)
-    full, u = run(t[:, None, :3, 3] + lever - robot.a, robot.pulleys)
-    return full, np.concatenate([u, np.cross(lever, u)], axis=-1), lever
-
-
-def cable_table(robot: CableRobot) -> Array:
-    """The cables as kernels read them, (m, 11): a, b, l0, the radius of the pulley and its axis."""
-    wheel = robot.pulleys or Pulleys(np.zeros(len(robot.b)), np.tile([0.0, 0.0, 1.0], (len(robot.b), 1)))
-    return np.column_stack([robot.a, robot.b, robot.zeros, wheel.radius, wheel.axis])
+    t, ends, segments = np.asarray(pose, float).reshape(-1, 4, 4), robot.ends, robot.segments
+    lever = ends[:, 3:6] @ t[:, :3, :3].swapaxes(-1, -2)
+    d = t[:, None, :3, 3] + lever - ends[:, :3]
+    if carriage is not None and robot.rails is not None:
+        read = np.where(np.isnan(carriage)[:, None], robot.rails[:, 0], carriage[:, None])
+        d -= offset(np.broadcast_to(robot.rails, (len(t), *robot.rails.shape)), read) - offset(robot.rails)
+    still = segments.still
+    d[:, still] = (ends[:, 3:6] - ends[:, :3])[still]
+    full, u = run(d, robot.wheels)
+    u[:, still] = 0.0
+    gradient = np.concatenate([u, np.cross(lever, u)], axis=-1)
+    return (full, gradient, lever) if robot.reeving is None else (segments.sums(full), segments.sums(gradient), lever)

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robocal._types import Array
-from robocal.cables.geometry import GAIN, SYMBOLS, WHEEL, CableRobot, lengths
-from robocal.cables.pulley import by_wheel
+from robocal.cables.geometry import BUILD_UP, GAIN, SYMBOLS, WHEEL, CableRobot, lengths, straight
+from robocal.cables.pulley import Pulleys, by_wheel
+from robocal.cables.rail import RAIL, by_rail
 
 __all__ = ["by_parameters", "pose_covariance"]
 
@@ -21,16 +22,27 @@ def by_parameters(robot: CableRobot, poses: ArrayLike, names: Sequence[str]) -> 
     t = np.asarray(poses, float)
     at = {n: i for i, n in enumerate(names)}
     by_pose, out = np.empty((len(t), len(robot.cables), 6)), np.zeros((len(t), len(robot.cables), len(names)))
+    ways, many = robot.segments, len(robot.cables)
+    full, by_pose[:], _ = straight(robot, t)
+    read = robot.readings(full - robot.zeros)
     for i, cable in enumerate(robot.cables):
-        full, one, own = lengths(t[None], robot.numbers[i][None], robot.pulley(i))
-        by_pose[:, i] = one[0]
-        columns = [*zip(SYMBOLS, own[0].T, strict=True), (GAIN, -full[0] / robot.gain[i])]
-        wheel = robot.pulley(i)
-        if wheel is not None and wheel.radius != 0.0:
-            a, b = robot.numbers[i, :3], robot.numbers[i, 3:6]
-            columns += zip(WHEEL, by_wheel(t[:, :3, 3] + t[:, :3, :3] @ b - a, wheel).T, strict=True)
-        for symbol, column in columns:
+        for symbol, column in ((GAIN, read[:, i]), (BUILD_UP, read[:, i] ** 2)):
             if (where := at.get(robot.row(f"{cable}.{symbol}"))) is not None:
+                out[:, i, where] -= column
+    for s, (segment, i, times) in enumerate(zip(ways.names, ways.cable, ways.times, strict=True)):
+        wheel = None if robot.wheels is None else Pulleys(robot.wheels.radius[s], robot.wheels.axis[s])
+        pose = np.broadcast_to(np.eye(4), t.shape) if ways.still[s] else t
+        own = lengths(pose[None], robot.ends[s][None], wheel)[2][0]
+        columns = list(zip(SYMBOLS, (own * np.repeat([times, float(s < many)], [6, 1])).T, strict=True))
+        if wheel is not None and wheel.radius != 0.0:
+            a, b = robot.ends[s, :3], robot.ends[s, 3:6]
+            by = times * by_wheel(pose[:, :3, 3] + pose[:, :3, :3] @ b - a, wheel)
+            size = np.linalg.norm(robot.values_of(WHEEL[1:], (segment,)))
+            columns += zip(WHEEL, (by / [1.0, size, size, size]).T, strict=True)
+        if robot.rails is not None and robot.rails[s, 2:].any():
+            columns += zip(RAIL, times * by_rail(robot.rails[s], own[:, :3]).T, strict=True)
+        for symbol, column in columns:
+            if (where := at.get(robot.row(f"{segment}.{symbol}"))) is not None:
                 out[:, i, where] += column
     return by_pose, out
 

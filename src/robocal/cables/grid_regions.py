@@ -27,9 +27,9 @@ def frame_box(robot: CableRobot, rotations: ArrayLike | None = None) -> tuple[Ar
     anchors and origin stay above that. A planar robot keeps to the plane of `robot.home`.
     """
     turned = np.eye(3)[None] if rotations is None else np.asarray(rotations, float)
-    b = robot.b @ turned.swapaxes(-1, -2)  # (n, m, 3)
-    wheel = 0.0 if robot.pulleys is None else 2.0 * float(robot.pulleys.radius.max())
-    low, high = robot.a.min(axis=0) - wheel, robot.a.max(axis=0) + wheel
+    b = robot.platform_points @ turned.swapaxes(-1, -2)  # (n, p, 3)
+    wheel = 0.0 if robot.wheels is None else 2.0 * float(robot.wheels.radius.max())
+    low, high = robot.frame_points.min(axis=0) - wheel, robot.frame_points.max(axis=0) + wheel
     box = np.stack([low - b.max(axis=(0, 1)), high - b.min(axis=(0, 1))], axis=1)
     off = [i for i in range(3) if i not in robot.axes]
     box[off] = robot.home[off, 3, None]
@@ -43,7 +43,7 @@ def frame_box(robot: CableRobot, rotations: ArrayLike | None = None) -> tuple[Ar
 
 def _bottom(robot: CableRobot) -> tuple[float, str]:
     """The lowest height, m, and in words what it is."""
-    low, high = robot.a.min(axis=0), robot.a.max(axis=0)
+    low, high = robot.frame_points.min(axis=0), robot.frame_points.max(axis=0)
     wide = float((high - low)[:2].max())
     deep = float(low[2]) - max(wide, float(high[2] - low[2]))
     bottom, words = (0.0, "down to z = 0") if low[2] >= 0.0 else (float(low[2]), "down to the lowest one")

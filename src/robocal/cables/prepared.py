@@ -16,8 +16,9 @@ from numpy.typing import ArrayLike
 
 from robocal._jit import as_kernel_array, as_kernel_indices
 from robocal._types import Array
-from robocal.cables.geometry import CableRobot, cable_table
+from robocal.cables.geometry import CableRobot
 from robocal.cables.polytope._kernels import FOUND
+from robocal.cables.segment_table import cable_table
 from robocal.cables.single import _kernels as kernels
 from robocal.cables.tension import check_method, distribute
 from robocal.cables.tension_choice import METHOD, POWER
@@ -138,6 +139,13 @@ class Prepared:
         self.robot, self.method = robot, method
         self._cables = as_kernel_array(cable_table(robot))
         self._rows, self._gain = as_kernel_indices(np.array(robot.axes)), as_kernel_array(robot.gain)
+        expected = "a robot without build_up; robocal cable forward has them"
+        require(
+            not robot.states_build_up,
+            "drums that grow with every turn",
+            key=f"{robot.cables[0]}.build_up",
+            expected=expected,
+        )
         self._body = as_kernel_array(np.concatenate([[-weight * GRAVITY[2]], centre]))
         self._bounds = as_kernel_array(np.stack([bounds[:, 0], bounds[:, 1], reference]))
         self._kind, self._power, self._sigma = (

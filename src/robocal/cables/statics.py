@@ -51,7 +51,7 @@ def structure_of(robot: CableRobot, pose: ArrayLike, strict: bool = True) -> Arr
     Over pulleys the cables pull where they arrive at the platform. Raises ModelError and sets NaN as `structure` does.
     """
     rows = list(robot.axes)
-    if robot.pulleys is None:
+    if robot.wheels is None and robot.segments.is_plain:
         out = structure(pose, robot.a, robot.b, strict=False)
     else:
         length, gradient, _ = straight(robot, pose)
@@ -119,6 +119,7 @@ def stiffness(robot: CableRobot, pose: ArrayLike, tension: ArrayLike, force: Arr
     Raises ModelError for unknown elasticity. After Behzadipour and Khajepour (2006), who have straight cables.
     """
     t = np.asarray(pose, dtype=float).reshape(-1, 4, 4)
+    robot.need_straight()
     e, rows = robot.need("elasticity"), list(robot.axes)
     pull = np.broadcast_to(np.asarray(tension, dtype=float), (len(t), len(robot.cables)))
     full, gradient, lever = straight(robot, t)

@@ -12,7 +12,7 @@ import numpy as np
 
 from robocal._types import Array
 from robocal.cables.calibration.per_cable import per_cable
-from robocal.cables.geometry import CableRobot, lengths
+from robocal.cables.geometry import CableRobot, straight
 from robocal.errors import ModelError
 from robocal.geometry import fits, se3, so3
 from robocal.measure.cable.platform_rows import cable_robot_of
@@ -26,8 +26,9 @@ __all__ = ["machine_size", "place_by_anchors", "without_turns", "zero_spread"]
 def machine_size(machine: Model) -> float:
     """The mean distance of two frame anchors (m)."""
     robot = cable_robot_of(machine, WHAT)
-    away = np.linalg.norm(robot.a[:, None] - robot.a[None], axis=-1)
-    return float(away[np.triu_indices(len(robot.a), 1)].mean())
+    a = np.unique(robot.frame_points, axis=0) if not robot.segments.is_plain else robot.a
+    away = np.linalg.norm(a[:, None] - a[None], axis=-1)
+    return float(away[np.triu_indices(len(a), 1)].mean())
 
 
 def zero_spread(machine: Model, obs: Observations, pose: Array) -> float:
@@ -38,7 +39,7 @@ def zero_spread(machine: Model, obs: Observations, pose: Array) -> float:
     for i in range(len(robot.cables)):
         some = np.flatnonzero(np.isfinite(y[:, i]) & np.isfinite(pose[:, 0, 0]))
         if len(some) > 1:
-            full = lengths(pose[some][None], np.append(robot.numbers[i, :6], 0.0)[None], robot.pulley(i))[0][0]
+            full = straight(robot, pose[some])[0][:, i]
             square, count = square + float(((full - y[some, i]).var()) * len(some)), count + len(some)
     return float(np.sqrt(square / count)) if count else np.inf
 
@@ -50,6 +51,8 @@ def place_by_anchors(machine: Model, obs: Observations, seen: Array, point: Arra
     did not turn: a - b + point is an anchor of that point.
     """
     robot = cable_robot_of(machine, WHAT)
+    if not robot.segments.is_plain or "carriage" in obs.extra:
+        return None  # of a sum of lengths no anchor follows by itself, and one on a rail is at no place
     anchors, y = robot.a, readings(robot, obs, len(seen))
     some = np.isfinite(seen[:, 0, 0]) & np.isfinite(y).any(axis=1)
     if point is not None:

@@ -11,19 +11,20 @@ that options["gain"] names: the parameter `drums.gain`, or, with options["each"]
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from robocal._jit import as_kernel_array
 from robocal._types import Array, Bools, Ints
-from robocal.cables.geometry import GAIN, SYMBOLS, CableRobot, lengths
+from robocal.cables.drum import reading, slope
+from robocal.cables.geometry import BUILD_UP, GAIN, SYMBOLS, CableRobot, straight
 from robocal.cables.material import DRUM
 from robocal.errors import ModelError
 from robocal.estimate.losses import Loss
 from robocal.estimate.terms import Normal
 from robocal.measure.builder import Builder
-from robocal.measure.cable.platform_rows import Material, PlatformRows, cable_names, cable_robot_of
+from robocal.measure.cable.platform_rows import ENDS, Material, PlatformRows, cable_names, cable_robot_of
 from robocal.measure.cable.winch_tensions import WinchTensions
 from robocal.measure.data import Observations
 from robocal.measure.machine import Model
@@ -39,24 +40,39 @@ ANYWHERE = 10.0  # m, of a zero that nobody has said
 
 
 class LengthRows(PlatformRows):
-    """The rows of all cables; columns are the carrier's, then the cables' free numbers."""
+    """The rows of all cables; columns are the carrier's, then the free numbers of the segments that cables run along. Of a row i of a cable
+    the segments are those from `begin[i]` to `begin[i + 1]`."""
 
     def __init__(self, builder: Builder, obs: Observations, cables: Sequence[str], index: Ints) -> None:
-        own = owner(obs)
-        numbers = builder.rows(f"{own}.{c}" if own and s == ZERO else f"{c}.{s}" for c in cables for s in SYMBOLS)
-        each = gain_names(obs, cable_robot_of(builder.machine, WHAT))
+        own, robot = owner(obs), cable_robot_of(builder.machine, WHAT)
+        self.ways, cable = robot.segments, obs.extra["cable"][index].astype(np.int64)
+        zeros = [f"{own}.{c}" if own else f"{c}.{ZERO}" for c in cables]
+        ends = ((*(f"{n}.{s}" for s in ENDS), zeros[c]) for n, c in zip(self.ways.names, self.ways.cable, strict=True))
+        numbers = builder.rows(n for seven in ends for n in seven)
+        each = gain_names(obs, robot)
         gains = list(dict.fromkeys(each))
         # Of every cable, where its gain is behind the seven numbers of all; nowhere where lengths are as their sensors show.
         self.gains = np.array([gains.index(n) for n in each]) + len(numbers) if each else None
-        self.cable = obs.extra["cable"][index].astype(np.int64)
-        tension = obs.extra["tension"][index] if "tension" in obs.extra else None
-        self.winches = WinchTensions.of(builder, obs, index, self.cable)
-        self.material = Material(cable_robot_of(builder.machine, WHAT), tension, self.cable)
-        self.behind = len(numbers) + len(gains)  # where the numbers of pulleys and elasticities begin
+        growth = [robot.row(f"{c}.{BUILD_UP}") for c in cables] if robot.states_build_up else []
+        if own and growth:
+            raise ModelError(
+                "zeros of a power-up beside drums that grow with every turn: their gain depends on where a sensor counts from",
+                key=f"{obs.label}.zeros", found=own, expected="no zeros here, so that these lengths count from those of the robot",
+            )  # fmt: skip
+        gains += list(dict.fromkeys(growth))
+        self.growth = np.array([gains.index(n) for n in growth]) + len(numbers) if growth else None
+        self.cable = cable
+        self.row, self.segment = self.ways.rows(cable)
+        self.begin = np.searchsorted(self.row, np.arange(len(cable) + 1))
+        tension, carriage = (obs.extra[key][index] if key in obs.extra else None for key in ("tension", "carriage"))
+        self.winches = WinchTensions.of(builder, obs, index, cable)
+        read = (None if v is None else v[self.row] for v in (tension, carriage))
+        self.material = Material(robot, next(read), self.segment, next(read))
+        self.behind = len(numbers) + len(gains)  # where the numbers of pulleys, rails and elasticities begin
         numbers = np.concatenate([numbers, builder.rows([*gains, *self.material.names, *self.winches.names])])
         super().__init__(builder, obs, index, numbers)
         self.walk = np.argsort(self.sight, kind="stable")
-        self.hanging = obs.extra["hanging"][index] if "hanging" in obs.extra else np.ones(len(index))
+        self.hanging = (obs.extra["hanging"][index] if "hanging" in obs.extra else np.ones(len(index)))[self.row]
         radius, axis, share = self.material.at(self.material.stated, tension=self.material.tension)
         self.radius, self.axis = as_kernel_array(radius, axis)
         self.share = self.hanging * share
@@ -64,64 +80,103 @@ class LengthRows(PlatformRows):
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         from robocal.measure.cable._kernels import evaluate_lengths
 
-        part, value = slice(first, first + rows), as_kernel_array(self.values_at(which, first, rows))
+        value = as_kernel_array(self.values_at(which, first, rows))
         (t, j, jl), own, _ = self.look(x, first, rows)
         k = j.shape[3]
+        part = slice(int(self.begin[first]), int(self.begin[first + rows]))
+        row, segment = self.row[part] - first, self.segment[part]
+        sight, (t, j, jl) = self._stand(own[row], segment, t, j, jl)
         r, jac = np.empty((len(x), rows, 1)), np.zeros((len(x), rows, 1, k + len(self.own)))
-        jloc = np.empty((len(x), rows, 1, jl.shape[3]))
+        jloc = np.zeros((len(x), rows, 1, jl.shape[3]))
         numbers, edges = self._numbers(x), self._free
         if self._as_stated(x):
             evaluate_lengths(
-                t, j, jl, numbers, self.radius, self.axis, self.share[part], own, self.cable[part], *edges, value, r, jac, jloc
+                t, j, jl, numbers, self.radius, self.axis, self.share[part], sight, segment, segment, row, *edges, value, r, jac, jloc
             )  # fmt: skip
         else:
+            pull_of = self.row[part]
             for b in range(len(x)):
                 one, known = slice(b, b + 1), value if len(value) == 1 else value[b : b + 1]
                 stated = x[b, self.numbers[self.behind :]]
                 stated, winch = stated[: len(self.material.names)], stated[len(self.material.names) :]
-                pull = self.winches.at(winch, part) if len(winch) else self.material.tension[part]
+                pull = self.winches.at(winch)[pull_of] if len(winch) else self.material.tension[part]
                 radius, axis, share = self.material.at(stated, part, pull)
                 radius, axis = as_kernel_array(radius, axis)
                 share = share * self.hanging[part]
+                ends, place = numbers[b], segment
+                if self.material.railed:
+                    ends, place = ends[segment], np.arange(len(segment))
+                    ends[:, :3] += self.material.carry(stated, part)
                 evaluate_lengths(
-                    t[one], j[one], jl[one], numbers[one], radius, axis, share, own, self.cable[part], *edges,
+                    t[one], j[one], jl[one], ends[None], radius, axis, share, sight, place, segment, row, *edges,
                     known, r[one], jac[one], jloc[one],
                 )  # fmt: skip
                 free = np.flatnonzero(self.own >= self.behind)
-                if len(free):
-                    slopes, by_pull = self.material.slopes(stated, t[b, own], numbers[b], part, pull)
-                    slopes = np.hstack([slopes, by_pull[:, None] * self.winches.columns[part]]) * share[:, None]
-                    jac[b, :, 0, k + free] = slopes[:, self.own[free] - self.behind].T
-        if self.gains is not None:
-            where = self.gains[self.cable[part]]
-            g = x[:, self.numbers[where], None]
-            length = r + value
-            r = length / g - value
-            jac, jloc = jac / g[..., None], jloc / g[..., None]
-            for c in np.flatnonzero((self.own >= len(SYMBOLS) * len(self.radius)) & (self.own < self.behind)):
-                jac[..., 0, k + c] = np.where(where == self.own[c], -length[..., 0] / g[..., 0] ** 2, 0.0)
+                if len(free) and len(row):
+                    slopes, by_pull = self.material.slopes(stated, t[b, sight], ends[place], part, pull)
+                    slopes = np.hstack([slopes, by_pull[:, None] * self.winches.columns[pull_of]]) * share[:, None]
+                    each = np.add.reduceat(slopes, self.begin[first : first + rows] - part.start)
+                    jac[b, :, 0, k + free] = each[:, self.own[free] - self.behind].T
+        if self.gains is None and self.growth is None:
+            return r, jac, jloc
+        cable, length = self.cable[first : first + rows], r + value
+        g, q = (None if w is None else x[:, self.numbers[w[cable]], None] for w in (self.gains, self.growth))
+        g = np.ones_like(length) if g is None else g
+        read, per = (length / g, g) if q is None else (reading(length, g, q), slope(length, g, q))
+        r, jac, jloc = read - value, jac / per[..., None], jloc / per[..., None]
+        for c in np.flatnonzero((self.own >= len(SYMBOLS) * len(self.radius)) & (self.own < self.behind)):
+            for where, power in ((self.gains, 1), (self.growth, 2)):
+                if where is not None and (mine := where[cable] == self.own[c]).any():
+                    jac[..., 0, k + c] = np.where(mine, -(read**power / per)[..., 0], 0.0)
         return r, jac, jloc
 
+    def _stand(self, sight: Ints, segment: Ints, *seen: Array) -> tuple[Ints, Sequence[Array]]:
+        """Which pose each segment looks at, and the poses with their Jacobians; behind them one that never moves, for segments of which
+        both ends are on one body."""
+        if not self.ways.still.any():
+            return sight, seen
+        t, *slopes = seen
+        behind = np.concatenate([t, np.tile(np.eye(4), (len(t), 1, 1, 1))], axis=1)
+        return np.where(self.ways.still[segment], t.shape[1], sight), [
+            behind,
+            *(np.pad(j, ((0, 0), (0, 1), (0, 0), (0, 0))) for j in slopes),
+        ]
+
     def _as_stated(self, x: Array) -> bool:
-        """Whether pulleys and elasticities are those of the machine, and stay so, under tensions that are known."""
+        """Whether pulleys, rails and elasticities are those of the machine, and stay so, under tensions that are known, and no anchor is
+        on a rail."""
         free = len(self.winches.names) > 0 or (len(self.own) > 0 and bool(self.own[-1] >= self.behind))
-        return not free and bool((x[:, self.numbers[self.behind :]] == self.material.stated).all())
+        return (
+            not free
+            and not self.material.railed
+            and bool((x[:, self.numbers[self.behind :]] == self.material.stated).all())
+        )
 
     def _numbers(self, x: Array) -> Array:
-        """The numbers of every cable, (B, C, 7)."""
+        """The numbers of every segment, (B, C, 7); the zero of a cable is that of its first one."""
         seven = self.numbers[: len(SYMBOLS) * len(self.radius)]
-        return np.ascontiguousarray(x[:, seven].reshape(len(x), -1, len(SYMBOLS)))
+        out = np.ascontiguousarray(x[:, seven].reshape(len(x), -1, len(SYMBOLS)))
+        out[:, int(self.ways.cable.max()) + 1 :, 6] = 0.0
+        return out
 
     @property
     def _free(self) -> tuple[Ints, Ints]:
-        """Where the free numbers of each cable begin (C + 1,), and which of the seven each is (c,)."""
+        """Where the free numbers of each segment begin (C + 1,), and which of the seven each is (c,); those of an end that counts for
+        nothing are its eighth."""
         owner, symbol = np.divmod(self.own[self.own < len(SYMBOLS) * len(self.radius)], len(SYMBOLS))
+        symbol = np.where((symbol == 6) & (owner > self.ways.cable.max()), len(SYMBOLS), symbol)
         return np.searchsorted(owner, np.arange(len(self.radius) + 1)), symbol
 
     def accumulate(self, x: Array, which: Ints, weight: Array, loss: Loss, pair: int, out: Normal) -> bool:
         from robocal.measure.cable._kernels import accumulate_lengths
 
-        if self.touches[1] or self.gains is not None or not self._as_stated(x):
+        if (
+            self.touches[1]
+            or self.gains is not None
+            or self.growth is not None
+            or not self.ways.is_plain
+            or not self._as_stated(x)
+        ):
             return False
         poses = int(self.sight.max(initial=-1)) + 1
         many = max(1, CHUNK // (64 * max(poses, 1)))
@@ -185,7 +240,8 @@ def zeros_at(machine: Model, obs: Observations, index: Ints, pose: Array) -> dic
     for i, name in enumerate(robot.cables):
         mine = np.flatnonzero(cable == i)
         if len(mine):
-            full = lengths(pose[mine][None], np.append(robot.numbers[i, :6], 0.0)[None], robot.pulley(i))[0][0]
+            read = obs.extra["carriage"][index[mine]] if "carriage" in obs.extra else None
+            full = straight(robot, pose[mine], read)[0][:, i]
             out[f"{owner(obs)}.{name}"] = float(np.median(full - gain[i] * obs.value[index[mine], 0]))
     return out
 
@@ -194,7 +250,9 @@ def readings(robot: CableRobot, obs: Observations, count: int) -> Array:
     """What the drum of every cable had wound up at each of so many configurations (U, m) in m, beyond its zero; NaN where nothing was
     read."""
     table, cable = np.full((count, len(robot.cables)), np.nan), obs.extra["cable"].astype(np.int64)
-    table[obs.configuration, cable] = gains_at(robot, obs)[cable] * obs.value[:, 0]
+    table[obs.configuration, cable] = (
+        obs.value[:, 0] * (gains_at(robot, obs) + robot.build_up * obs.value)[np.arange(len(obs)), cable]
+    )
     return table
 
 
@@ -233,10 +291,31 @@ def locate_platform(machine: Model, obs: Observations, wanted: Bools) -> Array:
         if "tension" in obs.extra and robot.elasticity is not None:
             pull = np.zeros_like(table)
             pull[obs.configuration, obs.extra["cable"].astype(np.int64)] = obs.extra["tension"]
-        found = forward(robot, robot.readings(table[some]), tension=None if pull is None else pull[some], axes=axes)
-        good = found.converged & np.isfinite(found.pose).all(axis=(1, 2))
-        out[some[good]] = found.pose[good]
+        for there, rows in _by_carriages(robot, obs, some):
+            found = forward(there, there.readings(table[rows]), tension=None if pull is None else pull[rows], axes=axes)
+            good = found.converged & np.isfinite(found.pose).all(axis=(1, 2))
+            out[rows[good]] = found.pose[good]
     return out
+
+
+def _by_carriages(robot: CableRobot, obs: Observations, some: Ints) -> Iterator[tuple[CableRobot, Ints]]:
+    """The robot with its anchors where the carriages were read, and of some configurations those that it stood so for."""
+    if "carriage" not in obs.extra:
+        yield robot, some
+        return
+    rails = [
+        (n, int(c))
+        for n, c in zip(robot.segments.names, robot.segments.cable, strict=True)
+        if robot.row(f"{n}.carriage") in robot.table
+    ]
+    read = np.full((int(obs.configuration.max()) + 1, len(robot.cables)), np.nan)
+    read[obs.configuration, obs.extra["cable"].astype(np.int64)] = obs.extra["carriage"]
+    stated = np.array([robot.table[robot.row(f"{n}.carriage")].value for n, _ in rails])
+    stood = np.where(np.isnan(read[some][:, [c for _, c in rails]]), stated, read[some][:, [c for _, c in rails]])
+    places, of = np.unique(stood, axis=0, return_inverse=True)
+    for i, place in enumerate(places):
+        values = {robot.row(f"{n}.carriage"): float(v) for (n, _), v in zip(rails, place, strict=True)}
+        yield robot.with_values(values), some[of.ravel() == i]
 
 
 LENGTHS = register(Kind("lengths", 1, terms, parameters, METRES, metric=True, manufactured=("gain",), unstated=1e-3))

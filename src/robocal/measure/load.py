@@ -38,6 +38,7 @@ class LoadRows(PlatformRows):
 
     def __init__(self, builder: Builder, obs: Observations) -> None:
         robot = cable_robot_of(builder.machine, WHAT)
+        robot.need_straight(fixed=True)
         self.axes = np.array(robot.axes, dtype=np.int64)
         own = builder.rows([*(f"{c}.{s}" for c in robot.cables for s in ENDS), *number_names(obs), *self.more(obs)])
         super().__init__(builder, obs, np.arange(len(obs)), own)

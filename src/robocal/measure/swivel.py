@@ -144,6 +144,7 @@ def terms(builder: Builder, obs: Observations) -> list[Rows]:
     if names != cables:
         expected = ", ".join(cables) or "cables"
         raise ModelError("swivel angles are of the cables of a cable robot", found=", ".join(names), expected=expected)
+    cable_robot_of(builder.machine, WHAT).need_straight(fixed=True)
     return [SwivelRows(builder, obs, names)] if len(obs) else []
 
 

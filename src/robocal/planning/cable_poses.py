@@ -143,7 +143,9 @@ def _free(robot: CableRobot) -> tuple[str, ...]:
     if robot.table.free:
         return tuple(robot.table.free)
     still = [f"a{'xyz'[i]}" for i in range(3) if i not in robot.axes]
-    return tuple(dict.fromkeys(robot.row(f"{cable}.{s}") for cable in robot.cables for s in DEFAULT if s not in still))
+    symbols = [s for s in DEFAULT if s not in still]
+    names = dict.fromkeys(robot.row(f"{whose}.{s}") for whose in robot.segments.names for s in symbols)
+    return tuple(n for n in names if n in robot.table)
 
 
 def _errors(b: Blocks, chosen: Ints) -> dict[str, float]:

@@ -72,6 +72,7 @@ class ErrorPropagation:
 
     @cached_property
     def _parts(self) -> tuple[Array, Array, Array]:
+        self.robot.need_straight()
         full, slope, lever = straight(self.robot, self.poses)
         return full, slope, lever
 

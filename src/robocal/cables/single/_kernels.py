@@ -41,25 +41,40 @@ def rigid(pose):
 
 @kernel
 def slopes(pose, cables, full, slope):
-    """full (m,) <- lengths without zeros at a pose (4, 4), slope (m, 6) <- their gradient by (v, w); cables (m, 11) are a, b, l0, the
-    radius and the axis of each."""
-    u = np.empty(3)
+    """full (m,) <- lengths without zeros at a pose (4, 4), slope (m, 6) <- their gradient by (v, w); cables (p, 14) are the segments of
+    `cable_table`, the first m of them those of each cable's own."""
+    u, m = np.empty(3), full.shape[0]
     for i in range(cables.shape[0]):
         bx, by, bz = cables[i, 3], cables[i, 4], cables[i, 5]
         lx = pose[0, 0] * bx + pose[0, 1] * by + pose[0, 2] * bz
         ly = pose[1, 0] * bx + pose[1, 1] * by + pose[1, 2] * bz
         lz = pose[2, 0] * bx + pose[2, 1] * by + pose[2, 2] * bz
         dx, dy, dz = pose[0, 3] + lx - cables[i, 0], pose[1, 3] + ly - cables[i, 1], pose[2, 3] + lz - cables[i, 2]
-        full[i] = length_of(dx, dy, dz, cables[i, 7], cables[i, 8:11], u)
-        slope[i, 0], slope[i, 1], slope[i, 2] = u[0], u[1], u[2]
-        slope[i, 3], slope[i, 4], slope[i, 5] = ly * u[2] - lz * u[1], lz * u[0] - lx * u[2], lx * u[1] - ly * u[0]
+        if cables[i, 13] != 0.0:
+            dx, dy, dz = bx - cables[i, 0], by - cables[i, 1], bz - cables[i, 2]
+        f = length_of(dx, dy, dz, cables[i, 7], cables[i, 8:11], u)
+        if cables[i, 13] != 0.0:
+            u[:] = 0.0
+        n, c = cables[i, 12], i if i < m else int(cables[i, 11])
+        if i < m:
+            full[c] = 0.0
+            for o in range(6):
+                slope[c, o] = 0.0
+        ux, uy, uz = n * u[0], n * u[1], n * u[2]
+        full[c] += n * f
+        slope[c, 0] += ux
+        slope[c, 1] += uy
+        slope[c, 2] += uz
+        slope[c, 3] += ly * uz - lz * uy
+        slope[c, 4] += lz * ux - lx * uz
+        slope[c, 5] += lx * uy - ly * ux
 
 
 @kernel
 def held(pose, wrench, cables, rows, body, bounds, method, power, tension):
     """tension (m,) <- those within the limits that hold the weight body (4,), newtons and centre, and a wrench (6,) on top at a pose
     (4, 4), by a method; bounds (3, m) are least, greatest and reference, rows (d,) the freedoms. FOUND, INFEASIBLE or STUCK."""
-    m, d = cables.shape[0], rows.shape[0]
+    m, d = bounds.shape[1], rows.shape[0]
     if not rigid(pose):
         tension[:] = math.nan
         return INFEASIBLE
@@ -105,10 +120,10 @@ def held(pose, wrench, cables, rows, body, bounds, method, power, tension):
 def left(pose, lengths, cables, rows, weight, r, j):
     """r (m,) <- lengths at a pose less those that were read, j (m, d) <- their gradient, both times weight (m,); half a sum of squares
     is not taken."""
-    slope = np.empty((cables.shape[0], 6))
+    slope = np.empty((r.shape[0], 6))
     slopes(pose, cables, r, slope)
     cost = 0.0
-    for i in range(cables.shape[0]):
+    for i in range(r.shape[0]):
         r[i] = (r[i] - cables[i, 6] - lengths[i]) * weight[i]
         cost += r[i] * r[i]
         for c in range(rows.shape[0]):
@@ -158,7 +173,7 @@ def put(source, out):
 def search(lengths, cables, rows, weight, pose, r, j):
     """pose (4, 4) <- where lengths (m,) place the platform, from where it is, by the descent of `cables.forward`; r (m,) and j (m, d)
     are what `left` says there. What is left, how it ended (SETTLED, UNSETTLED or LOST) and the number of iterations."""
-    m, d = cables.shape[0], rows.shape[0]
+    m, d = lengths.shape[0], rows.shape[0]
     new_j, new_r = np.empty((m, d)), np.empty(m)
     a, low, g, step, turn, trial = (
         np.empty((d, d)),
@@ -249,7 +264,7 @@ def search_many(lengths, which, cables, rows, weight, pose, r, j, cost, code, co
 def placed(lengths, start, cables, rows, sigma, pose, r, covariance):
     """pose (4, 4) <- what `search` finds from a start (4, 4); r (m,) residuals, covariance (d, d) by sigma, or by what is left where that
     is nought. SETTLED, UNSETTLED or LOST, and the number of iterations."""
-    m, d = cables.shape[0], rows.shape[0]
+    m, d = lengths.shape[0], rows.shape[0]
     j, a, low, g, step = np.empty((m, d)), np.empty((d, d)), np.empty((d, d)), np.empty(d), np.empty(d)
     put(start, pose)
     cost, code, count = 0.0, LOST, 0
@@ -288,7 +303,7 @@ def spread(a, low, column, scale, out):
 @kernel
 def turned(pose, rates, cables, rows, twist):
     """twist (6,) <- the velocity (v, w) with which cables lengthen by rates (m,) at a pose, in the sense of least squares."""
-    m, d = cables.shape[0], rows.shape[0]
+    m, d = rates.shape[0], rows.shape[0]
     full, slope, j, a, g = np.empty(m), np.empty((m, 6)), np.empty((m, d)), np.empty((d, d)), np.empty(d)
     slopes(pose, cables, full, slope)
     for i in range(m):

@@ -90,7 +90,7 @@ def beside_poses(context: Context[CableRobot]) -> tuple[Observations, Observatio
     robot, data = context.model, context.need_data
     lengths = [o for o in data.observations if o.kind == "lengths"]
     poses = [o for o in data.observations if o.kind == "pose" and not (o.frame is not None and o.frame.mount == "tool")]
-    if len(lengths) != 1 or len(poses) != 1:
+    if len(lengths) != 1 or len(poses) != 1 or not robot.segments.is_plain or "carriage" in lengths[0].extra:
         return None
     (read,), (pose,) = lengths, poses
     mounted = se3.from_vector([t.value for t in pose.targets] or [(0.0,) * 6])

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from robocal.cables.geometry import CableRobot
+from robocal.cables.geometry import CableRobot, straight
 from robocal.diagnose.check_registry import Context, Finding, Given, When, check, note, refuse
 from robocal.diagnose.limits import CABLE_COPIES, SIZE_CONFIGURATIONS, SIZES_APART
 from robocal.measure.data import Observations
@@ -47,7 +47,7 @@ def sizes(context: Context[CableRobot]) -> Iterator[Finding]:
             each = [float(lengths.value[of == c, 0].std()) for c in np.unique(of)]
             here, there = float(np.linalg.norm(obs.value[:, :3].std(axis=0))), float(np.sqrt(3.0) * np.median(each))
         if len(obs) >= SIZE_CONFIGURATIONS and there > 0 and not 1 / SIZES_APART < here / there < SIZES_APART:
-            frame = float(np.linalg.norm(robot.a.std(axis=0)))
+            frame = float(np.linalg.norm(robot.frame_points.std(axis=0)))
             positions = abs(np.log(here / frame)) > abs(np.log(there / frame))
             source, wrong = (obs.source, "position") if positions else (lengths.source, "lengths")
             yield refuse(TWO_SIZES, source=source, wrong=wrong, positions=here, lengths=there, frame=frame)
@@ -94,7 +94,7 @@ def _of_lengths(robot: CableRobot, obs: Observations) -> Iterator[Finding]:
     cable = obs.extra["cable"].astype(np.int64)
     full = gains_at(robot, obs)[cable] * obs.value[:, 0] + robot.zeros[cable]
     if owner(obs):  # what they count from is not known yet
-        full = np.linalg.norm(robot.home[:3, 3] - robot.a, axis=1)[cable]
+        full = straight(robot, robot.home)[0][0][cable]
     if "tension" in obs.extra:
         most = float(np.max(robot.elasticity[cable] * obs.extra["tension"] * full, initial=0.0))
         how = "computed" if obs.options.get("tension") == COMPUTED else "measured"

@@ -20,7 +20,16 @@ from robocal.files.units import UNITS, Unit, Units
 from robocal.files.yamlio import Path_, YamlDocument, path_text
 
 __all__ = [
-    "MATERIALS", "CableCalibrateModel", "CableModel", "CableRobotModel", "CableUnits", "CableValues", "CommonModel",
+    "MATERIALS",
+    "CableCalibrateModel",
+    "CableModel",
+    "CableRobotModel",
+    "CableSegmentModel",
+    "CableUnits",
+    "CableValues",
+    "CommonModel",
+    "PulleyModel",
+    "RailModel",
 ]  # fmt: skip
 
 
@@ -55,16 +64,37 @@ class CommonModel(FileModel):
     density: Any = None
     diameter: Any = None
     gain: Any = None
+    build_up: Any = None
     pulley: PulleyModel | None = None
 
 
+class RailModel(FileModel):
+    """A rail on which a frame anchor stands: direction, where its carriage stands, and how much further it goes than it reads."""
+
+    direction: Any
+    carriage: Any
+    gain: Any = None
+
+
+class CableSegmentModel(FileModel):
+    """A straight piece of cable between two anchors, one of the frame and one of the platform, or two of either."""
+
+    frame: Any = None
+    platform: Any = None
+    pulley: PulleyModel | None = None
+    rail: RailModel | None = None
+
+
 class CableModel(CommonModel):
-    """One cable: its two anchors by name (or number from 1) and the zero of its length sensor."""
+    """One cable: its two anchors by name (or number from 1) and the zero of its length sensor; or the segments that it runs along, a
+    whole number of times each."""
 
     name: Name | None = None
     frame: Any = None
     platform: Any = None
     zero: Any = None
+    rail: RailModel | None = None
+    segments: dict[Name, Any] | None = None
 
 
 class PlatformModel(FileModel):
@@ -97,6 +127,7 @@ class CableRobotModel(FileModel):
     plane: Literal["xy", "xz", "yz"] = "xz"
     frame_anchors: Any
     platform_anchors: Any
+    segments: dict[Name, CableSegmentModel] | None = None
     cables: list[CableModel] | None = None
     every_cable: Annotated[CommonModel, OrEmpty] = CommonModel.model_construct()
     platform: Annotated[PlatformModel, OrEmpty] = PlatformModel.model_construct()
@@ -109,6 +140,7 @@ KEYS = ("value", "unit", "source", "assumed")
 MATERIALS = {
     "tension": ("limits", "N"),
     "elasticity": ("elasticity", "1/N"),
+    "build_up": ("build_up", "1/m"),
     "density": ("density", "N/m"),
     "diameter": ("diameter", "m"),
     "gain": ("gain", "1"),
@@ -132,6 +164,7 @@ class CableUnits:
             "rad": self.angle,
             "N": force,
             "kg": mass,
+            "1/m": Unit(f"1/{length.name}", si, 1 / length.factor),
             "1/N": Unit(f"1/{force.name}", si, 1 / force.factor),
             "N/m": Unit(f"{force.name}/{length.name}", si, force.factor / length.factor),
             "kg m2": Unit(f"{mass.name} {length.name}2", si, mass.factor * length.factor**2),

@@ -7,15 +7,25 @@ and written as this.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
 
-from robocal._record import record, replace
-from robocal._types import Array
-from robocal.cables.geometry import COMMON, GAIN, PLATFORM, STRETCH, SYMBOLS, WHEEL, CableRobot, cable_robot
+from robocal._record import replace
+from robocal.cables.geometry import (
+    BUILD_UP,
+    COMMON,
+    GAIN,
+    PLATFORM,
+    RAIL,
+    STRETCH,
+    SYMBOLS,
+    WHEEL,
+    CableRobot,
+    cable_robot,
+)
 from robocal.cables.pulley import Pulleys
 from robocal.errors import FileError, ModelError, one_of
 from robocal.files.cable.cable_model import (
@@ -25,56 +35,38 @@ from robocal.files.cable.cable_model import (
     CableRobotModel,
     CableUnits,
     CableValues,
-    CommonModel,
 )  # fmt: skip
+from robocal.files.cable.cable_places import name_paths, places_of
 from robocal.files.cable.cablefile import CableFile, robot_remarks
 from robocal.files.cable.caspr import read_caspr
 from robocal.files.cable.published import read_published
+from robocal.files.cable.segment_rows import (
+    Anchor,
+    Anchors,
+    CableRow,
+    SegmentRow,
+    SegmentUse,
+    named_segments,
+    read_rail,
+    reeving_of,
+    runs_of,
+    shared_ends,
+)  # fmt: skip
 from robocal.files.schema import validate
 from robocal.files.text import ROBOT_LIMIT, Source, read_text
-from robocal.files.units import Unit
-from robocal.files.yamlio import Path_, YamlDocument, parse, path_text
+from robocal.files.yamlio import Path_, YamlDocument, parse
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
 __all__ = ["parse_cable", "read_cable"]
 
-Place = tuple[Path_, Unit]
 EYELET = (0.0, np.array([0.0, 0.0, 1.0]))  # a pulley of no radius
 PARAMETERS = {
     "pulley": WHEEL,
     "elasticity": (STRETCH,),
     GAIN: (GAIN,),
+    BUILD_UP: (BUILD_UP,),
 }  # keys of a cable, and the parameters that they are
-
-
-@record
-class Anchor:
-    """An anchor: its name, its coordinates in m, what the file says of it, and where."""
-
-    name: str
-    point: Array
-    raw: Any
-    at: Path_
-
-
-Anchors = Mapping[str, Anchor]
-
-
-@record
-class CableRow:
-    """One cable: what the file says of it, alone and of every cable; where; its name; and its anchors, a and b."""
-
-    own: CableModel
-    every: CommonModel
-    at: Path_
-    name: str
-    ends: Anchors
-
-    def material(self, key: str) -> tuple[Any, Path_]:
-        """What is said under a key of it, or of every cable, and where."""
-        own = getattr(self.own, key)
-        return (own, (*self.at, key)) if own is not None else (getattr(self.every, key), ("every_cable", key))
 
 
 def read_cable(path: str | os.PathLike[str]) -> CableFile:
@@ -115,10 +107,10 @@ def _read_model(document: YamlDocument) -> CableFile:
     values = CableValues(document, units)
     frame, platform = (_anchors(document, f"{side}_anchors", values) for side in ("frame", "platform"))
     rows = _pair_anchors(model, document, {"frame": frame, "platform": platform})
-    robot, places = _robot(model, rows, values), _places(model, rows, values)
+    robot, places = _robot(model, rows, values), places_of(model, rows, values)
     warnings = (
         *robot_remarks(robot, document, {}),
-        *_idle(rows, {"frame": ("a", frame), "platform": ("b", platform)}, document),
+        *_idle(rows, {"frame": frame, "platform": platform}, document),
         *_missing_zero(rows, document),
     )
     return CableFile(robot, units, document.path, document.text, document.sha256, "yaml", warnings, places)
@@ -148,30 +140,74 @@ def _pair_anchors(model: CableRobotModel, document: YamlDocument, sides: Mapping
             document.fail(message, ("frame_anchors",), found=found, expected=expected)
         given = [CableModel()] * many[0]
     out: list[CableRow] = []
+    segments, used = named_segments(model, document, sides), set[str]()
     for i, own in enumerate(given):
-        ends = {}
-        for letter, (key, anchors) in zip("ab", sides.items(), strict=True):
-            wanted = getattr(own, key)
-            if wanted is None and i >= len(anchors):
-                found = f"{len(anchors)} {key} anchors for {len(given)} cables"
-                expected = f"as many {key}_anchors as cables, or {key}: NAME in every cable"
-                document.fail(f"cable {i + 1} has no {key} anchor", ("cables", i), found=found, expected=expected)
-            name = list(anchors)[i] if wanted is None else str(wanted)
-            if name not in anchors:
-                at, facts = ("cables", i, key), one_of(name, anchors)
-                document.fail(f"no such {key} anchor", at, found=wanted, **facts)
-            ends[letter] = anchors[name]
         name = own.name or f"c{i + 1}"
         if any(name == row.name for row in out):
             document.fail("this name is given twice", ("cables", i, "name"), found=name)
-        out.append(CableRow(own, model.every_cable, ("cables", i), name, ends))
+        if own.segments is None:
+            runs: tuple[SegmentUse, ...] = (_straight(own, i, name, model, document, sides),)
+        else:
+            runs = runs_of(own, i, document, segments, used)
+        out.append(CableRow(own, model.every_cable, ("cables", i), name, runs))
+    _check_segments(out, segments, used, model, document)
     return out
 
 
-def _idle(rows: list[CableRow], sides: Mapping[str, tuple[str, Anchors]], document: YamlDocument) -> Iterator[Remark]:
+def _straight(
+    own: CableModel, i: int, name: str, model: CableRobotModel, document: YamlDocument, sides: Mapping[str, Anchors]
+) -> SegmentUse:
+    """A cable from its frame anchor to its platform anchor."""
+    ends = []
+    for key, anchors in sides.items():
+        wanted = getattr(own, key)
+        if wanted is None and i >= len(anchors):
+            count = len(model.cables or anchors)
+            found = f"{len(anchors)} {key} anchors for {count} cables"
+            expected = f"as many {key}_anchors as cables, or {key}: NAME in every cable"
+            document.fail(f"cable {i + 1} has no {key} anchor", ("cables", i), found=found, expected=expected)
+        at_name = list(anchors)[i] if wanted is None else str(wanted)
+        if at_name not in anchors:
+            facts = one_of(at_name, anchors)
+            document.fail(f"no such {key} anchor", ("cables", i, key), found=wanted, **facts)
+        ends.append((key, anchors[at_name]))
+    (one, two), at = ends, ("cables", i)
+    pulley, wheel_at = (own.pulley, at) if own.pulley is not None else (model.every_cable.pulley, ("every_cable",))
+    return SegmentUse(SegmentRow(name, (one, two), pulley, (*wheel_at, "pulley"), own.rail, (*at, "rail")), 1)
+
+
+def _check_segments(
+    rows: list[CableRow],
+    segments: Mapping[str, SegmentRow],
+    used: set[str],
+    model: CableRobotModel,
+    document: YamlDocument,
+) -> None:
+    """Raises FormatError for segments that no cable runs along, or that are called as a cable is, and for a pulley of every cable."""
+    for name in segments:
+        at: Path_ = ("segments", name)
+        document.insist(
+            name in used,
+            "no cable runs along this segment",
+            at,
+            found=name,
+            expected=f"segments: {{{name}: 1}} in a cable",
+        )
+        taken = name in {COMMON, PLATFORM, *(row.name for row in rows)}
+        document.insist(not taken, "this name is given twice", at, found=name, expected="a name that no cable has")
+    if segments and model.every_cable.pulley is not None:
+        document.fail(
+            "segments have pulleys of their own",
+            ("every_cable", "pulley"),
+            expected="pulley in each segment that has one",
+        )
+
+
+def _idle(rows: list[CableRow], sides: Mapping[str, Anchors], document: YamlDocument) -> Iterator[Remark]:
     """A remark on anchors that no cable uses: they may be spare, or a cable is missing."""
-    for side, (letter, anchors) in sides.items():
-        spare = tuple(name for name in anchors if name not in {row.ends[letter].name for row in rows})
+    ends = {(side, anchor.name) for row in rows for run in row.runs for side, anchor in run.segment.ends}
+    for side, anchors in sides.items():
+        spare = tuple(name for name in anchors if (side, name) not in ends)
         if spare:
             yield Remark.of(Code.ANCHORS_UNUSED, file=str(document.path), side=side, anchors=spare)
 
@@ -186,7 +222,8 @@ def _missing_zero(rows: list[CableRow], document: YamlDocument) -> Iterator[Rema
 
 def _robot(model: CableRobotModel, rows: list[CableRow], values: CableValues) -> CableRobot:
     zeros = [0.0 if row.own.zero is None else values.number(row.own.zero, (*row.at, "zero"), "m") for row in rows]
-    known = _materials(rows, values)
+    reeving, segments = reeving_of([row.name for row in rows], [row.runs for row in rows])
+    known = _materials(rows, values) | _wheels(segments, values)
     for key, what, read, si in (
         ("mass", "mass", values.number, "kg"),
         ("inertia", "inertia", values.matrix, "kg m2"),
@@ -194,10 +231,11 @@ def _robot(model: CableRobotModel, rows: list[CableRow], values: CableValues) ->
     ):
         if (raw := getattr(model.platform, key)) is not None:
             known[what] = read(raw, ("platform", key), si)
-    a, b = (np.array([row.ends[letter].point for row in rows]).reshape(-1, 3) for letter in "ab")
-    known |= {"degrees": model.degrees, "plane": model.plane, "names": [row.name for row in rows]}
-    robot = cable_robot(model.name, a, b, zeros, shared=_shared(rows), **known)
-    said = _name_paths(rows)
+    a, b = (np.array([s.ends[e][1].point for s in segments]).reshape(-1, 3) for e in (0, 1))
+    known |= {"degrees": model.degrees, "plane": model.plane, "names": [row.name for row in rows], "reeving": reeving}
+    shared = _shared(rows) | shared_ends([row.name for row in rows] if reeving is None else reeving.names, segments)
+    robot = cable_robot(model.name, a, b, zeros, shared=shared, **known)
+    said = name_paths(rows)
     sources = {name: values.sources[at] for name, at in said.items() if at in values.sources}
     assumed = tuple(name for name, at in said.items() if at in values.assumed)
     robot = replace(robot, sources=({"": model.source} if model.source else {}) | sources, assumed=assumed)
@@ -210,11 +248,16 @@ def _robot(model: CableRobotModel, rows: list[CableRow], values: CableValues) ->
 
 
 def _match(robot: CableRobot, word: str, at: Path_, values: CableValues) -> tuple[str, ...]:
-    """Names of parameters that a word selects."""
+    """Names of parameters that a word selects; a segment's are those of its ends, whoever has its anchors first."""
+    ways = robot.segments
+    if not ways.is_plain and word in ways.labels:
+        own = ways.names[ways.labels.index(word)]
+        names = [robot.row(f"{own}.{s}") for s in (*SYMBOLS[:6], *WHEEL, *RAIL)]
+        return tuple(n for n in names if n in robot.table)
     try:
         return robot.table.match([word])
     except ModelError as error:
-        expected = f"a parameter, a cable or one of {', '.join((*SYMBOLS, *WHEEL, STRETCH, GAIN))}"
+        expected = f"a parameter, a cable or one of {', '.join((*SYMBOLS, *WHEEL, *RAIL, STRETCH, GAIN, BUILD_UP))}"
         values.document.fail(error.message, at, found=word, expected=expected, suggestion=error.suggestion)
 
 
@@ -236,19 +279,14 @@ def _priors(robot: CableRobot, said: CableCalibrateModel, values: CableValues) -
 
 
 def _shared(rows: list[CableRow]) -> dict[str, str]:
-    """Whose numbers those of a cable are that shares an anchor with an earlier one; pulleys and elasticities are all cables' own where
-    they are said under every_cable, and the cable says nothing else."""
-    owners: dict[tuple[str, str], str] = {}
-    out: dict[str, str] = {}
-    for row in rows:
-        for letter, end in row.ends.items():
-            owner = owners.setdefault((letter, end.name), row.name)
-            if owner != row.name:
-                out |= {f"{row.name}.{letter}{s}": f"{owner}.{letter}{s}" for s in "xyz"}
-        for key, symbols in PARAMETERS.items():
-            if getattr(row.every, key) is not None and getattr(row.own, key) is None:
-                out |= {f"{row.name}.{s}": f"{COMMON}.{s}" for s in symbols}
-    return out
+    """Pulleys and elasticities are all cables' own where they are said under every_cable, and the cable says nothing else."""
+    return {
+        f"{row.name}.{s}": f"{COMMON}.{s}"
+        for row in rows
+        for key, symbols in PARAMETERS.items()
+        if getattr(row.every, key) is not None and getattr(row.own, key) is None
+        for s in symbols
+    }
 
 
 def _materials(rows: list[CableRow], values: CableValues) -> dict[str, Any]:
@@ -267,48 +305,16 @@ def _materials(rows: list[CableRow], values: CableValues) -> dict[str, Any]:
             message = f"the {key} is given for some cables only"
             values.document.fail(message, missing[0].at, found=f"none for {names}", expected=expected)
         out[what] = np.array(found)
-    wheels = [raw and raw.numbers(at, values) for raw, at in (row.material("pulley") for row in rows)]
-    if any(wheels):
-        each = [wheel or EYELET for wheel in wheels]
-        out["pulleys"] = Pulleys(np.array([radius for radius, _ in each]), np.array([axis for _, axis in each]))
     return out
 
 
-def _name_paths(rows: list[CableRow]) -> dict[str, str]:
-    """Names that do not depend on how the file is laid out (c1.a, c1.b, c1.zero, c1.tension, ..., mass, com, inertia),
-    and the key path at which each is said."""
-    out: dict[str, str] = {}
-    for row in rows:
-        places = {letter: end.at for letter, end in row.ends.items()} | {"zero": (*row.at, "zero")}
-        places |= {key: row.material(key)[1] for key in MATERIALS}
-        places["pulley"] = (*row.material("pulley")[1], "radius")
-        out |= {f"{row.name}.{what}": path_text(at) for what, at in places.items()}
-    return out | {"mass": "platform.mass", "com": "platform.centre_of_mass", "inertia": "platform.inertia"}
-
-
-def _places(model: CableRobotModel, rows: list[CableRow], values: CableValues) -> dict[str, Place]:
-    """Where every parameter stands in the file."""
-    out: dict[str, Place] = {}
-
-    def note(name: str, raw: Any, at: Path_, si: str = "m", axes: str = "") -> None:
-        path, unit = values.place(raw, at, si)
-        if raw is not None:
-            out.update({f"{name}{axis}": ((*path, n), unit) for n, axis in enumerate(axes)} or {name: (path, unit)})
-
-    for row in rows:
-        for letter, end in row.ends.items():
-            note(f"{row.name}.{letter}", end.raw, end.at, axes="xyz")
-        if "cables" in values.document.data:
-            out[f"{row.name}.l0"] = values.place(row.own.zero, (*row.at, "zero"), "m")
-            out[f"{row.name}.{GAIN}"] = values.place(row.own.gain, (*row.at, GAIN), "1")
-    of_cables = ((row.name, row.own, row.at) for row in rows)
-    for whose, said, where in (*of_cables, (COMMON, model.every_cable, ("every_cable",))):
-        note(f"{whose}.{STRETCH}", said.elasticity, (*where, "elasticity"), "1/N")
-        note(f"{whose}.{GAIN}", said.gain, (*where, GAIN), "1")
-        note(f"{whose}.density", said.density, (*where, "density"), "N/m")
-        if said.pulley is not None:
-            note(f"{whose}.radius", said.pulley.radius, (*where, "pulley", "radius"))
-            note(f"{whose}.n", said.pulley.axis, (*where, "pulley", "axis"), "1", "xyz")
-    note(f"{PLATFORM}.mass", model.platform.mass, ("platform", "mass"), "kg")
-    note(f"{PLATFORM}.c", model.platform.centre_of_mass, ("platform", "centre_of_mass"), axes="xyz")
+def _wheels(segments: Sequence[SegmentRow], values: CableValues) -> dict[str, Any]:
+    """Pulleys and rails of segments, where any has one."""
+    out: dict[str, Any] = {}
+    wheels = [s.pulley and s.pulley.numbers(s.pulley_at, values) for s in segments]
+    if any(wheels):
+        each = [wheel or EYELET for wheel in wheels]
+        out["pulleys"] = Pulleys(np.array([radius for radius, _ in each]), np.array([axis for _, axis in each]))
+    if any(s.rail is not None for s in segments):
+        out["rails"] = np.array([read_rail(s, values) for s in segments])
     return out

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robocal.cables.geometry import GAIN, STRETCH, SYMBOLS, WHEEL, CableRobot
+from robocal.cables.geometry import BUILD_UP, GAIN, STRETCH, SYMBOLS, WHEEL, CableRobot
 from robocal.cables.material import UNITS
 from robocal.files.cable.cable_model import CableUnits
 from robocal.files.units import number
@@ -29,8 +29,11 @@ def cable_rows(robot: CableRobot, units: CableUnits) -> list[list[str]]:
         ]
     if robot.elasticity is not None:
         columns.append((STRETCH, UNITS[STRETCH], robot.elasticity.tolist()))
-    if robot.states_gains:
-        columns.append((GAIN, "1", robot.gain.tolist()))
+    drums = (
+        (GAIN, "1", robot.gain, robot.states_gains),
+        (BUILD_UP, UNITS[BUILD_UP], robot.build_up, robot.states_build_up),
+    )
+    columns += [(title, si, values.tolist()) for title, si, values, stated in drums if stated]
     known = [(title, units.of(si), values) for title, si, values in columns]
     header = ["cable", *(title if unit.si == "1" else f"{title} [{unit.name}]" for title, unit, _ in known)]
     rows = (

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from robocal._types import Array
 from robocal.cables.cable_lengths import inverse
-from robocal.cables.geometry import CableRobot
+from robocal.cables.geometry import CableRobot, straight
 from robocal.cables.tension import hold
 from robocal.errors import ModelError
 from robocal.geometry import so3
@@ -61,7 +61,7 @@ def _model(robot: CableRobot, stiff: Array) -> Iterator[str]:
     """The lines of the file; `stiff` is the EA of every cable in N."""
     mass = float(robot.need("mass"))
     at_home = robot.home
-    length = inverse(robot.having(elasticity=None), at_home[None])[0][0] + robot.zeros
+    length = straight(robot, at_home)[0][0]
     stiffness = stiff / length
     damping = 2 * DAMPING * np.sqrt(stiffness * mass)
     fastest = math.sqrt(float(stiffness.sum()) / mass)
@@ -71,7 +71,9 @@ def _model(robot: CableRobot, stiff: Array) -> Iterator[str]:
     yield f"       The damping of the cables is assumed: {100 * DAMPING:g} % of the critical one of the platform on one cable."
     if robot.inertia is None:
         yield "       The inertia is assumed: that of a box of the platform's mass around its anchors."
-    yield "       The unstretched length of a cable is what its sensor shows plus its zero:"
+    wound = " times its gain" if robot.states_gains else ""
+    wound = " as its drum winds it up," if robot.states_build_up else wound
+    yield f"       The unstretched length of a cable is what its sensor shows{wound} plus its zero:"
     zeros = (f"{c} {_text(z)}" for c, z in zip(robot.cables, robot.zeros, strict=True))
     yield f"       {', '.join(zeros).replace('--', '- -')} -->"
     yield f'  <option timestep="{step:g}" integrator="implicitfast" gravity="{_text(GRAVITY)}"/>'
@@ -130,7 +132,7 @@ def _home(robot: CableRobot, pose: Array) -> Iterator[str]:
     found = hold(robot, pose[None])
     if not found.has_solution[0]:
         return
-    rest = inverse(robot, pose[None], found.tension)[0][0] + robot.zeros
+    rest = robot.wound(inverse(robot, pose[None], found.tension)[0])[0] + robot.zeros
     turn = so3.log(pose[:3, :3])
     where = (
         [*pose[:3, 3], 1.0, 0.0, 0.0, 0.0] if len(robot.axes) == 6 else [[*pose[:3, 3], *turn][i] for i in robot.axes]

@@ -56,10 +56,11 @@ __all__ = [
 QUATERNION = ("qx", "qy", "qz", "qw")
 AWAY = (0.01, np.radians(1.0))  # m and rad across what a platform can do: more than an instrument is off
 DIGITS = 9  # of a length in m: a nanometre
+TIME = "time"
 WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")
 # What columns of lists are called, and so no cable.
 COLUMNS = (
-    *(*IDS, *FRAME_SYMBOLS, *QUATERNION, *WRENCH),
+    *(*IDS, TIME, *FRAME_SYMBOLS, *QUATERNION, *WRENCH),
     *("lambda", "limit", "contact", "rank", "feasible", "margin", "pose", "way", "share"),
     *("residual", "sigma_position", "sigma_orientation", "solutions"),
 )
@@ -69,7 +70,8 @@ COLUMNS = (
 class CableList:
     """Names of the rows, their values in SI (poses (k, 4, 4) or lengths (k, m)), and where given tensions (k, m), wrenches (k, 6), and
     currents (k, m) of winches with speeds (k, m), m/s; lengths are `geometric`, or as the sensors show them; `lines` are the rows as an
-    editor numbers them, `sha256` is that of the file, `warnings` are what is odd about it."""
+    editor numbers them, `sha256` is that of the file, `warnings` are what is odd about it;
+    `time` (k,) in s, where it is said."""
 
     names: tuple[str, ...]
     values: Array
@@ -81,6 +83,12 @@ class CableList:
     geometric: bool = False
     current: Array | None = None
     speed: Array | None = None
+    time: Array | None = None
+
+    @property
+    def moments(self) -> tuple[Column, ...]:
+        """The column of the moments of the rows, s, where they have one."""
+        return () if self.time is None else (Column(TIME, "s", self.time),)
 
 
 def read_platform_poses(path: str | os.PathLike[str], robot: CableRobot) -> CableList:
@@ -134,8 +142,16 @@ def _list(table: CsvTable, values: Array, robot: CableRobot) -> CableList:
         raise table.fail(
             "tensions are given twice", column=f"{robot.cables[0]}.current", expected="tensions or currents"
         )
+    time = _columns(table, (TIME,), ("s",))[:, 0] if table.has(TIME) else None
     return CableList(
-        row_names(table, "rows"), values, tension, lines=lines, sha256=table.sha256, current=current, speed=speed
+        row_names(table, "rows"),
+        values,
+        tension,
+        lines=lines,
+        sha256=table.sha256,
+        current=current,
+        speed=speed,
+        time=time,
     )
 
 
@@ -157,7 +173,7 @@ def _beyond(robot: CableRobot, rows: CableList) -> tuple[Remark, ...]:
     only shifts does not turn. How a point is turned makes no difference."""
     t = rows.values
     way = np.concatenate([t[:, :3, 3] - t[0, :3, 3], so3.log(t[:, :3, :3] @ t[0, :3, :3].T)], axis=1)
-    point = not np.ptp(robot.b, axis=0).any()
+    point = not np.ptp(robot.platform_points, axis=0).any()
     out = [i for i in range(6) if i not in robot.axes and not (i > 2 and point)]
     share = np.abs(way[:, out]) / np.where(np.array(out) < 3, AWAY[0], AWAY[1]) if out else np.zeros((1, 1))
     if share.max() <= 1:

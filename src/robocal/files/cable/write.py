@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from robocal._types import Array
-from robocal.cables.geometry import COMMON, GAIN, PLATFORM, CableRobot
+from robocal.cables.geometry import BUILD_UP, COMMON, GAIN, PLATFORM, CableRobot
+from robocal.cables.rail import offset
 from robocal.errors import FormatError, ModelError, nearest
 from robocal.files.cable.cable_model import MATERIALS, CableUnits
 from robocal.files.cable.cable_robot import parse_cable
@@ -126,7 +127,8 @@ def _with_cables(text: str, file: CableFile, values: Mapping[str, float], wanted
 
 
 def describe_cable(robot: CableRobot, units: CableUnits | None = None) -> str:
-    """A robot.yaml that reads back as this robot, with the sources of its values and which of them are assumed."""
+    """A robot.yaml that reads back as this robot, with the sources of its values and which of them are assumed. Raises ModelError where a
+    cable runs along several segments."""
     units = units or CableUnits()
     words = ", ".join(f"{f.name}: {getattr(units, f.name).name}" for f in fields(units))
     lines = [
@@ -138,7 +140,8 @@ def describe_cable(robot: CableRobot, units: CableUnits | None = None) -> str:
     ]
     if robot.planar:
         lines.append(f"plane: {robot.plane}")
-    for key, letter, points in (("frame_anchors", "a", robot.a), ("platform_anchors", "b", robot.b)):
+    frame = robot.a if robot.rails is None else robot.a - offset(robot.rails)
+    for key, letter, points in (("frame_anchors", "a", frame), ("platform_anchors", "b", robot.b)):
         lines.append(f"{key}:")
         for i, (cable, point) in enumerate(zip(robot.cables, points, strict=True), start=1):
             if _owner(robot, cable, letter) == i:
@@ -167,12 +170,15 @@ def _cables(robot: CableRobot, units: CableUnits) -> list[str]:
     """One line per cable, and one for what they have in common."""
     common, own = [], []
     for key, (what, si) in MATERIALS.items():
-        if (key == GAIN and not robot.states_gains) or (numbers := getattr(robot, what)) is None:
+        stated = {GAIN: robot.states_gains, BUILD_UP: robot.states_build_up}
+        if not stated.get(key, True) or (numbers := getattr(robot, what)) is None:
             continue
         each = [
             f"{key}: {_shown(robot, f'{c}.{key}', v, units.of(si))}" for c, v in zip(robot.cables, numbers, strict=True)
         ]
-        if len(set(each)) == 1:
+        # Numbers that are free by themselves stay apart, however alike they are.
+        alone = {robot.row(f"{c}.{key}") for c in robot.cables}.intersection(robot.table.free) - {f"{COMMON}.{key}"}
+        if len(set(each)) == 1 and not alone:
             common.append(each[0])
         else:
             own.append(each)
@@ -188,6 +194,10 @@ def _cables(robot: CableRobot, units: CableUnits) -> list[str]:
         if robot.pulleys is not None and robot.pulleys.radius[i] > 0:
             radius = _shown(robot, f"{cable}.pulley", robot.pulleys.radius[i], units.length)
             words.append(f"pulley: {{radius: {radius}, axis: {_numbers(robot.pulleys.axis[i], units.of('1'))}}}")
+        if robot.rails is not None and robot.rails[i, 2:].any():
+            carriage, gain, *direction = robot.rails[i]
+            shown = f"carriage: {_numbers(carriage, units.length)}, gain: {_numbers(gain, units.of('1'))}"
+            words.append(f"rail: {{direction: {_numbers(np.array(direction), units.of('1'))}, {shown}}}")
         lines.append(f"  - {{{', '.join(words)}}}")
     return lines + ([f"every_cable: {{{', '.join(common)}}}"] if common else [])
 

@@ -14,14 +14,15 @@ from robocal.errors import ModelError
 from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import DataModel, ScalarModel, ValueModel
 from robocal.files.kinds.kind import Around, KindFile, KindOutput, Part, QuantityColumns, Values, scalar
-from robocal.files.schema import Name
+from robocal.files.schema import FileModel, Name
 from robocal.files.units import Units
 from robocal.files.yamlio import YamlDocument
 from robocal.measure.data import Observations
 
-__all__ = ["COMPUTED", "CURRENTS", "LENGTHS", "LOAD", "SWIVEL", "each_cable", "each_row", "write_each"]
+__all__ = ["CARRIAGE", "COMPUTED", "CURRENTS", "LENGTHS", "LOAD", "SWIVEL", "each_cable", "each_row", "write_each"]
 
 COMPUTED, CURRENTS = "computed", "currents"
+CARRIAGE = "carriage of "  # and the name of the cable: what `extra` of lengths has of it
 
 
 class GainModel(ScalarModel):
@@ -30,14 +31,23 @@ class GainModel(ScalarModel):
     each: bool = False
 
 
+class CarriageModel(FileModel):
+    """Where the carriages on the rails of some cables stood: columns, and the cables that they are of."""
+
+    columns: list[str | int]
+    cables: list[Name]
+    unit: str | None = None
+
+
 class LengthsModel(DataModel):
     """Lengths of all cables, in the robot's order or in columns that are called as its cables are, and the tensions under which they
     stretched: read, computed for the platform's weight, or from the currents of winches. `zeros` names the power-up whose zeros these
-    are, not the robot's."""
+    are, not the robot's; `carriage` says where anchors on rails stood."""
 
     lengths: ValueModel = ValueModel.model_construct()
     tension: ValueModel | Literal["computed", "currents"] | None = None
     zeros: Name | None = None
+    carriage: CarriageModel | None = None
     gain: GainModel | None = None
 
 
@@ -80,6 +90,8 @@ def read_lengths(model: LengthsModel, table: CsvTable, document: YamlDocument) -
     values = each_cable("lengths", "m", model.lengths, table, document)
     if model.zeros is not None:
         values = values.with_options({"zeros": model.zeros})
+    if model.carriage is not None:
+        values = _with_carriages(values, model.carriage, table, document)
     if isinstance(model.tension, str):
         return values.with_options({"tension": model.tension})
     if model.tension is None:
@@ -88,7 +100,29 @@ def read_lengths(model: LengthsModel, table: CsvTable, document: YamlDocument) -
     found, expected = pulls.shape[1], values.value.shape[1]
     if found != expected:
         document.fail("wrong number of columns", ("tension", "columns"), found=found, expected=str(expected))
-    return replace(values, extra={"tension": pulls})
+    return replace(values, extra={**values.extra, "tension": pulls})
+
+
+def _with_carriages(values: Values, given: CarriageModel, table: CsvTable, document: YamlDocument) -> Values:
+    """Lengths with where the carriages stood, one column of `extra` for each, under its cable's name."""
+    at, names = ("carriage", "cables"), given.cables
+    columns, again = len(given.columns), sorted({n for n in names if names.count(n) > 1})
+    document.insist(
+        len(names) == columns,
+        "wrong number of cables",
+        at,
+        found=len(names),
+        expected=f"{columns}, one for each column",
+    )
+    document.insist(
+        not again, "a cable is named twice", at, found=", ".join(again), expected="one column for each cable"
+    )
+    where = QuantityColumns("carriage", tuple(names), (), "m")
+    read = where.numbers(ValueModel(columns=given.columns, unit=given.unit), table, document)[0]
+    extra = {
+        f"{CARRIAGE}{n}": np.repeat(read[:, i : i + 1], values.value.shape[1], axis=1) for i, n in enumerate(names)
+    }
+    return replace(values, extra={**values.extra, **extra})
 
 
 def read_swivel(model: SwivelModel, table: CsvTable, document: YamlDocument) -> Values:
@@ -137,6 +171,7 @@ def write_each(obs: Observations, units: Units) -> KindOutput:
 LENGTHS_KEYS = """lengths: {{columns: [c1, c2, c3, c4], unit: {length}, sigma: 1}}    # a column for each cable of the robot
 # tension: {{columns: [t1, t2, t3, t4], unit: N}}    # or tension: computed, or tension: currents (kind: winches beside it)
 # gain: {{name: drums, each: true}}    # each drum winds up a little more or less than it shows; without each, all alike
+# carriage: {{columns: [s3, s4], cables: [c3, c4], unit: {length}}}    # where anchors on rails stood, else as the robot's file says
 # zeros: evening    # the sensors were set anew: zeros of their own, free, shared by all files that say so
 """
 LENGTHS = KindFile(LengthsModel, read_lengths, write_each, LENGTHS_KEYS, parts=length_parts, lengths="lengths")

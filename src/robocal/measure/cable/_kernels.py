@@ -14,20 +14,20 @@ NUMBERS = 7  # of a cable: where its anchors are on the frame and on the platfor
 
 
 @kernel
-def slopes_of(t, numbers, radius, axis, share, sight, cable, length, slope):
+def slopes_of(t, numbers, radius, axis, share, sight, place, cable, length, slope):
     """Of every row: length (m,) of its cable less its zero, and slope (m, 9): by the pose, (v, w), and by the platform anchor.
 
-    t (S, 4, 4), numbers (C, 7), sight (m,) and cable (m,); share (m,) is what stretch leaves of a geometric length. By the frame
-    anchor it is -v, by the zero -1.
+    t (S, 4, 4), numbers (N, 7), sight (m,), place (m,) which of the numbers and cable (m,) which pulley; share (m,) is what stretch
+    leaves of a geometric length, times how often it counts. By the frame anchor it is -v, by the zero -1.
     """
     u = np.empty(3)
     for i in range(sight.shape[0]):
-        s, c = sight[i], cable[i]
-        px, py, pz = numbers[c, 3], numbers[c, 4], numbers[c, 5]
+        s, c, n = sight[i], cable[i], place[i]
+        px, py, pz = numbers[n, 3], numbers[n, 4], numbers[n, 5]
         lx = t[s, 0, 0] * px + t[s, 0, 1] * py + t[s, 0, 2] * pz
         ly = t[s, 1, 0] * px + t[s, 1, 1] * py + t[s, 1, 2] * pz
         lz = t[s, 2, 0] * px + t[s, 2, 1] * py + t[s, 2, 2] * pz
-        dx, dy, dz = t[s, 0, 3] + lx - numbers[c, 0], t[s, 1, 3] + ly - numbers[c, 1], t[s, 2, 3] + lz - numbers[c, 2]
+        dx, dy, dz = t[s, 0, 3] + lx - numbers[n, 0], t[s, 1, 3] + ly - numbers[n, 1], t[s, 2, 3] + lz - numbers[n, 2]
         if radius[c] == 0.0:
             full = math.sqrt(dx * dx + dy * dy + dz * dz)
             f = 1.0 / full if full > 0.0 else 0.0
@@ -36,7 +36,7 @@ def slopes_of(t, numbers, radius, axis, share, sight, cable, length, slope):
             full = length_of(dx, dy, dz, radius[c], axis[c], u)
             ux, uy, uz = u[0], u[1], u[2]
         f = share[i]
-        length[i] = f * full - numbers[c, 6]
+        length[i] = f * full - numbers[n, 6]
         ux, uy, uz = f * ux, f * uy, f * uz
         slope[i, 0], slope[i, 1], slope[i, 2] = ux, uy, uz
         slope[i, 3], slope[i, 4], slope[i, 5] = ly * uz - lz * uy, lz * ux - lx * uz, lx * uy - ly * ux
@@ -45,27 +45,30 @@ def slopes_of(t, numbers, radius, axis, share, sight, cable, length, slope):
 
 
 @kernel
-def evaluate_lengths(t, jac, jloc, numbers, radius, axis, share, sight, cable, edges, symbol, value, r, out, out_local):
-    """Residuals r (B, m, 1) and Jacobians out (B, m, 1, k + c), zero before, and out_local (B, m, 1, l); the rest is as in
-    `accumulate_lengths`."""
+def evaluate_lengths(
+    t, jac, jloc, numbers, radius, axis, share, sight, place, cable, row, edges, symbol, value, r, out, out_local
+):  # fmt: skip
+    """Residuals r (B, m, 1) and Jacobians out (B, m, 1, k + c) and out_local (B, m, 1, l), zero before; each is the sum over segments
+    (p,) of what they see, row (p,) saying of which it is a part. The rest is as in `accumulate_lengths`, of segments for rows."""
     batch, k, nl, rows = t.shape[0], jac.shape[3], jloc.shape[3], sight.shape[0]
-    length, slope, number = np.empty(rows), np.empty((rows, 9)), np.empty(NUMBERS)
+    length, slope, number = np.empty(rows), np.empty((rows, 9)), np.zeros(NUMBERS + 1)
     for b in range(batch):
         vb = b if value.shape[0] > 1 else 0
-        slopes_of(t[b], numbers[b], radius, axis, share, sight, cable, length, slope)
+        slopes_of(t[b], numbers[b], radius, axis, share, sight, place, cable, length, slope)
+        for m in range(r.shape[1]):
+            r[b, m, 0] = -value[vb, m, 0]
         for i in range(rows):
-            c, s = cable[i], sight[i]
-            r[b, i, 0] = length[i] - value[vb, i, 0]
+            c, s, m = cable[i], sight[i], row[i]
+            r[b, m, 0] += length[i]
             for p in range(k):
                 for o in range(6):
-                    out[b, i, 0, p] += slope[i, o] * jac[b, s, o, p]
+                    out[b, m, 0, p] += slope[i, o] * jac[b, s, o, p]
             by_numbers(1.0, slope[i], number)
             for e in range(edges[c], edges[c + 1]):
-                out[b, i, 0, k + e] = number[symbol[e]]
+                out[b, m, 0, k + e] = number[symbol[e]]
             for p in range(nl):
-                out_local[b, i, 0, p] = 0.0
                 for o in range(6):
-                    out_local[b, i, 0, p] += slope[i, o] * jloc[b, s, o, p]
+                    out_local[b, m, 0, p] += slope[i, o] * jloc[b, s, o, p]
 
 
 @kernel(inline=True)
@@ -96,7 +99,7 @@ def accumulate_lengths(
     for b in range(batch):
         wb = b if weight.shape[0] > 1 else 0
         vb = b if value.shape[0] > 1 else 0
-        slopes_of(t[b], numbers[b], radius, axis, share, sight, cable, length, slope)
+        slopes_of(t[b], numbers[b], radius, axis, share, sight, cable, cable, length, slope)
         small_g[:], small_a[:] = 0.0, 0.0
         before, plain = -1, False
         for i in walk:

@@ -59,6 +59,6 @@ class WinchTensions:
         columns[:, 0], columns[rows, 1 + 2 * cable], columns[rows, 2 + 2 * cable] = by_k, by_c, by_b
         return cls(tuple(names), columns)
 
-    def at(self, values: Array, part: slice) -> Array:
-        """Tensions (m,) in N of some rows."""
-        return np.asarray(self.columns[part] @ values)
+    def at(self, values: Array) -> Array:
+        """Tensions (m,) in N of all rows."""
+        return np.asarray(self.columns @ values)

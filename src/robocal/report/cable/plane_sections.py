@@ -44,7 +44,13 @@ def section(
     if grid is not None:
         layer = int(np.abs(grid.axes[across] - level).argmin())  # the nearest
         level = float(grid.axes[across][layer])
-    shown = [robot.a, start, dots, *(o.points for o in outlines), *([] if grid is None else [_corners(grid)])]
+    shown = [
+        robot.frame_points,
+        start,
+        dots,
+        *(o.points for o in outlines),
+        *([] if grid is None else [_corners(grid)]),
+    ]
     every = np.concatenate([np.asarray(p, float).reshape(-1, 3) for p in shown])
     margin = None if grid is None or grid.margin is None else np.asarray(_flat(grid.margin, axes, across, layer), float)
     at = plane(axes, every, right=160.0 if margin is not None else 16.0, ruler=ruler)

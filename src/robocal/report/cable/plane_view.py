@@ -10,6 +10,7 @@ from robocal.cables.geometry import CableRobot
 from robocal.report.cable.drawing import brief
 from robocal.report.cable.length_unit import METRE, LengthUnit
 from robocal.report.cable.marks import place_labels
+from robocal.report.cable.segment_robot import segment_robot
 from robocal.report.svg import AxisScale, axes, label, num, path, polyline
 
 __all__ = ["Plane", "anchors", "plane"]
@@ -67,6 +68,7 @@ def plane(
 
 def anchors(robot: CableRobot, at: Plane) -> str:
     """The frame anchors, with the names of all cables that leave the frame where they are seen."""
+    robot = segment_robot(robot)
     xy = at.flat(robot.a)
     groups: dict[int, list[str]] = {}  # by the first of the anchors that are seen in one place
     for p, name in zip(xy, robot.cables, strict=True):

@@ -11,6 +11,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._record import replace
 from robocal._types import Array
 from robocal.cables.boundary import Outline, Surface
 from robocal.cables.geometry import CableRobot
@@ -19,6 +20,7 @@ from robocal.report.cable.drawing import brief, figure
 from robocal.report.cable.length_unit import METRE, LengthUnit
 from robocal.report.cable.marks import Mark, draw, labels
 from robocal.report.cable.scene_rows import SceneRows, row_data, some_rows
+from robocal.report.cable.segment_robot import of_segments, segment_robot
 from robocal.report.cable.solids import courses, decimate, hull_loops, wheels
 from robocal.report.cable.surroundings import Surroundings, build_surroundings
 from robocal.report.cable.tension_colours import STATES, ColouredTensions, colour_tensions
@@ -53,10 +55,14 @@ def scene(
     behind it. rows: poses, the drawn one among them, through which a slider leads on a page with scripts.
     Numbers are in the unit of the ruler. Raises ModelError for shapes that do not fit.
     """
+    of = robot.segments.cable[of_segments(robot)]
+    pull, robot = None if tension is None else np.asarray(tension, float)[of], segment_robot(robot)
+    if rows is not None and rows.tension is not None:
+        rows = replace(rows, tension=rows.tension[:, of])
     at = np.asarray(pose, float)
     if at.shape != (4, 4) or not np.isfinite(at).all():
         raise ModelError("a pose to be drawn", expected="(4, 4), finite", found=at.shape)
-    held = None if tension is None else colour_tensions(robot, tension)
+    held = None if pull is None else colour_tensions(robot, pull)
     cloud = np.zeros((0, 3)) if poses is None else np.asarray(poses, float).reshape(-1, 4, 4)[:, :3, 3]
     spots = cloud[np.isfinite(cloud).all(axis=1)][:MOST_POSES]
     ends = at[:3, 3] + robot.b @ at[:3, :3].T

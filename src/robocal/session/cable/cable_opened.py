@@ -43,6 +43,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.report.sections import Section
 from robocal.session.cable.calibrated import of_file
+from robocal.session.cable.carriages import carried
 from robocal.session.cable.payload import payload_rows, tensions_of_winches
 from robocal.session.cable.statics_options import robot_inputs
 from robocal.session.cable.summary import facts, summary
@@ -304,4 +305,4 @@ def _name_cables(obs: Observations, file: CableFile) -> Observations:
     obs = replace(obs, options={**obs.options, "cables": cables})
     number = np.array([cables.index(c) for c in columns] if known else range(len(cables)), dtype=float)
     named = replace(obs, extra={**obs.extra, "cable": number[obs.extra["cable"].astype(np.int64)]})
-    return payload_rows(file, named) if obs.kind in WEIGHED else named
+    return payload_rows(file, named) if obs.kind in WEIGHED else carried(file.robot, named)

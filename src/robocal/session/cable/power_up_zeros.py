@@ -85,6 +85,11 @@ def find_zeros(o: Any, command: str = "") -> Rezeroed:
     if rows.geometric:
         expected = f"columns {robot.cables[0]}, ...: what the sensors show"
         raise FormatError("geometric lengths have no zeros", file=o.lengths, expected=expected)
+    if robot.states_build_up:
+        raise ModelError(
+            "of a drum that grows with every turn the gain depends on where its sensor counts from", key=f"{robot.cables[0]}.build_up",
+            expected="an identification with the lengths of this power-up",
+        )  # fmt: skip
     pull, said = tensions_of(rows, si.tension, file, False)
     poses, inputs = _known_poses(o, file, rows)
     with name_row(o.lengths, rows):

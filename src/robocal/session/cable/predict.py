@@ -69,7 +69,7 @@ def _lengths(ask: _Asked) -> Prediction:
     slope, left = slopes_of(run, ask.total, rows.values, shown)
     if not ask.whole:
         left = place_best(left, slope @ motion_field(rows.values[:, :3, 3])[:, list(robot.axes)])
-    left = robot.readings(left.swapaxes(-1, -2)).swapaxes(-1, -2)
+    left = left / robot.winding(shown)[..., None]
     band = 1e3 * radius(variance_of(ask.total, left[:, :, None]), ask.total.dof)
     names, own = Column("configuration", "", rows.names), list(zip(robot.cables, (1e3 * shown).T, band.T, strict=True))
     listing = Listing((

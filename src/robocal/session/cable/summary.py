@@ -42,25 +42,30 @@ def facts(robot: CableRobot) -> CableFacts:
     known = ("mass", "limits", "elasticity", "density", "diameter")
     return CableFacts(
         degrees=robot.degrees, plane=robot.plane if robot.planar else None, redundancy=len(robot.cables) - len(robot.axes),
-        frame=UnitValue(np.ptp(robot.a, axis=0), "m"), platform=UnitValue(np.ptp(robot.b, axis=0), "m"),
+        frame=UnitValue(np.ptp(robot.frame_points, axis=0), "m"),
+        platform=UnitValue(np.ptp(robot.platform_points, axis=0), "m"),
         mass=unit_value(robot.mass, "kg"), com=None if robot.mass is None else UnitValue(robot.com, "m"),
         not_known=[name for name in known if getattr(robot, name) is None], assumed=robot.assumed, cables=_cables(robot),
     )  # fmt: skip
 
 
 def _cables(robot: CableRobot) -> Listing:
-    wheels = robot.pulleys
+    ways, wheels = robot.segments, robot.wheels
     columns: list[tuple[str, str, Any]] = [
-        ("frame anchor", "m", robot.a),
-        ("platform anchor", "m", robot.b),
+        *(
+            [("frame anchor", "m", robot.a), ("platform anchor", "m", robot.b)]
+            if ways.is_plain
+            else [("runs along", "", [ways.sum_of(i) for i in range(len(robot.cables))])]
+        ),
         ("zero", "m", robot.zeros),
         ("gain", "", robot.gain if robot.states_gains else None),
+        ("build_up", "1/m", robot.build_up if robot.states_build_up else None),
         ("tension", "N", robot.limits),
         ("diameter", "m", robot.diameter),
         ("elasticity", "1/N", robot.elasticity),
         ("density", "N/m", robot.density),
     ]
-    if wheels is not None:
+    if wheels is not None and ways.is_plain:
         axes = [axis if radius > 0 else None for axis, radius in zip(wheels.axis.tolist(), wheels.radius, strict=True)]
         columns[6:6] = [("pulley", "m", wheels.radius), ("pulley axis", "", axes)]
     return Listing((Column("cable", "", robot.cables), *(Column(n, u, v) for n, u, v in columns if v is not None)))

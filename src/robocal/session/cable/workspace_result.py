@@ -167,7 +167,10 @@ class Workspace(CableResult):
             return found
         # Beyond the frame all cables pull to one side, which weight does not balance: only the floor cuts, and where weight does not
         # count it does so within the frame alone.
-        lowest = self.robot.a[:, 2].min() - (self.robot.b @ self.demand.rotations.swapaxes(-1, -2))[..., 2].max()
+        lowest = (
+            self.robot.frame_points[:, 2].min()
+            - (self.robot.platform_points @ self.demand.rotations.swapaxes(-1, -2))[..., 2].max()
+        )
         floor = "z-" in found and not (self.demand.closure and self.box[2, 0] <= lowest)
         return ("z-",) if floor else ()
 
@@ -284,7 +287,7 @@ class Workspace(CableResult):
             axes = (robot.axes[0], robot.axes[1])
             yield part("The grid", text, section(robot, [], self.grid, axes, ruler=ruler))
         yield part("What was demanded", _words(demand, ruler), table=_demand_rows(demand), folded=True)
-        model = "Straight cables" + ("" if robot.pulleys is None else " over pulleys")
+        model = "Straight cables" + ("" if robot.wheels is None else " over pulleys")
         limits = "" if demand.closure else f"; limits {limits_text(robot.need('limits'))}"
         yield self.method_part(f"{model}, what they weigh left out{limits}.")
 

@@ -68,7 +68,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ar
     with name_row(o.poses, rows):
         lengths, _ = inverse(file.robot, rows.values, pull, sag=o.sag)
     geometric = file.robot.elasticity is not None and pull is None
-    columns = (Column("id", "", rows.names), *length_columns(file.robot, lengths, geometric=geometric))
+    columns = (Column("id", "", rows.names), *rows.moments, *length_columns(file.robot, lengths, geometric=geometric))
     listing = Listing(columns + (() if rows.tension is None else tension_columns(file.robot, rows.tension)))
     if geometric:
         said = (*said, Remark.of(Code.LENGTHS_GEOMETRIC, robot=file.robot.name))

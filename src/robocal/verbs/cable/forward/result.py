@@ -38,9 +38,11 @@ class PosesDocument(CableDocument):
 
 @record(kw_only=True, eq=False)
 class Poses(CableResult):
-    """Poses by name with their evidence: `solution` as `cables.forward` gives it; `cautions` are of the run of a calibrated robot."""
+    """Poses by name with their evidence: `solution` as `cables.forward` gives it; `cautions` are of the run of a calibrated robot,
+    `moments` a column of times, or none."""
 
     names: tuple[str, ...]
+    moments: tuple[Column, ...] = ()
     solution: Forward
     cautions: tuple[Remark, ...]
 
@@ -65,8 +67,9 @@ class Poses(CableResult):
     def listing(self) -> Listing:
         """One row per pose: the list of `text`, and what only a document has."""
         found = self.solution
+        name, *place = pose_columns(self.names, found.pose)
         return Listing((
-            *pose_columns(self.names, found.pose),
+            name, *self.moments, *place,
             Column("residual", "m", self.rms),
             Column("sigma_position", "m", self.sigma[:, 0], digits=4),
             Column("sigma_orientation", "rad", self.sigma[:, 1], digits=4),
@@ -108,7 +111,7 @@ def find_poses(o: Any, command: str = "") -> Poses:
         code = Code.CALIBRATION_CARRIED if calibrated.base_is_known else Code.SHAPE_CARRIED
         said = (*said, Remark.of(code, run=o.robot))
     return Poses(
-        file=file, names=rows.names, solution=found, cautions=calibrated.cautions,
+        file=file, names=rows.names, moments=rows.moments, solution=found, cautions=calibrated.cautions,
         warnings=(*file.warnings, *rows.warnings, *said, *calibrated.remarks), reasons=tuple(pose_remarks(rows.names, found, si.sigma)),
         inputs=(*robot_inputs(file, o.robot), InputFile(Path(o.lengths), rows.sha256)), command=command,
     )  # fmt: skip

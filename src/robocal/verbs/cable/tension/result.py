@@ -297,7 +297,7 @@ def _table(made: Tensions) -> list[list[str]]:
 
 def _how(made: Tensions) -> str:
     method = made.spread.method + (f", power {made.power_of_sum:g}" if made.power_of_sum else "")
-    model = "Straight cables" + ("" if made.robot.pulleys is None else " over pulleys")
+    model = "Straight cables" + ("" if made.robot.wheels is None else " over pulleys")
     return (
         f"{model}; method {method}; limits {statics.limits_text(made.spread.limits)}; {significant(made.mass)} kg. "
         f"Of margins, moments are divided by {made.length_unit.short(made.length)}."
