@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import inspect
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from robocal.errors import ModelError, nearest
+from robocal.errors import InputError, ModelError, nearest
 from robocal.files.text import MemoryFile
 from robocal.front.arrays import Arm, Measurements
+from robocal.front.spelling import python_error, python_text
 from robocal.front.verb_result import Found, Identified
 from robocal.verbs.option import Arg, Option, OptionField, entries
 from robocal.verbs.registry import GROUPS
@@ -31,10 +32,13 @@ def call(path: str) -> Callable[..., Any]:
     made = Identified if path == "identify" else Found
 
     def verb(*words: Any, watch: Any = None, **options: Any) -> Found[Any]:
-        given = signature.bind(*words, **options).arguments if set(options) <= set(told) else _unknown(options, told)
-        given = _links(given, told)
-        values = {told[name].name: _value(told[name], value) for name, value in given.items()}
-        return made(path, module.run(module.Options(**values), watch, f"{verb.__module__}.{verb.__name__}(...)"))
+        try:
+            given = _links(_bind(signature, words, options, told), told)
+            values = {told[name].name: _value(told[name], value) for name, value in given.items()}
+            return made(path, module.run(module.Options(**values), watch, f"{verb.__module__}.{verb.__name__}(...)"))
+        except InputError as error:
+            python_error(error, path)
+            raise
 
     signature = inspect.Signature([_parameter(e) for e in told.values()])
     whole = [*signature.parameters.values(), inspect.Parameter("watch", inspect.Parameter.KEYWORD_ONLY, default=None)]
@@ -61,10 +65,25 @@ def _parameter(entry: OptionField) -> inspect.Parameter:
     return inspect.Parameter(entry.python, kind, default=inspect.Parameter.empty if entry.required else entry.default)
 
 
-def _unknown(options: dict[str, Any], told: dict[str, OptionField]) -> dict[str, Any]:
-    name = next(o for o in options if o not in told)
-    known = [name for name, e in told.items() if isinstance(e.facts, Option)]
-    raise ModelError("unknown option", key=name, expected=", ".join(known), suggestion=nearest(name, known))
+def _bind(
+    signature: inspect.Signature, words: Sequence[Any], options: Mapping[str, Any], told: Mapping[str, OptionField]
+) -> dict[str, Any]:
+    """What was given, by the names of arguments. Raises ModelError for a name that is none, and for what is missing."""
+    for name in options:
+        if name not in told:
+            known = [*told, "watch"]
+            raise ModelError("unknown argument", argument=name, expected=", ".join(known), suggestion=nearest(name, known))
+    first = [name for name, e in told.items() if isinstance(e.facts, Arg)]
+    if len(words) > len(first):
+        kept = next(name for name in told if name not in first)
+        expected = f"at most {len(first)} without a name: {', '.join(first)}; others by name, such as {kept}=..."
+        raise ModelError("too many arguments", found=f"{len(words)} without a name", expected=expected)
+    if twice := [name for name in first[: len(words)] if name in options]:
+        raise ModelError("this argument is given twice", argument=twice[0], expected="once")
+    given = dict(zip(first, words, strict=False)) | dict(options)
+    if lacking := [name for name, e in told.items() if e.required and name not in given]:
+        raise TypeError(f"missing argument {lacking[0]}: {python_text(told[lacking[0]].facts.help)}")
+    return signature.bind(**given).arguments
 
 
 def _links(given: dict[str, Any], told: dict[str, OptionField]) -> dict[str, Any]:

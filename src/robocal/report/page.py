@@ -19,7 +19,7 @@ from robocal._version import __version__
 from robocal.report.html import html
 from robocal.report.sections import Section, Text
 
-__all__ = ["embed", "page"]
+__all__ = ["embed", "page", "standalone"]
 
 # What no page may hold: control characters but line feeds and tabs.
 UNSEEN = re.compile("[\x00-\x08\x0b-\x1f]")
@@ -98,6 +98,12 @@ def embed(sections: Iterable[Section], key: str) -> str:
     body = IDENTIFIER.sub(lambda m: m[1] + " ".join(f"{key}-{name}" for name in m[2].split()) + '"', shown)
     own = "background: var(--paper); color: var(--ink); padding: 0.5rem 1rem; line-height: 1.5;"
     return f'<div class="robocal"><style>.robocal {{ {own}\n{style}}}</style>\n{body}</div>'
+
+
+def standalone(svg: str) -> str:
+    """A picture of a page as a file of its own: with the style that the page gives it."""
+    head = svg.index(">") + 1
+    return f"{svg[:head]}<style>{_style(svg).replace(':root', 'svg')}</style>{svg[head:]}\n"
 
 
 def _ways(sections: Sequence[Section], body: str) -> str:
