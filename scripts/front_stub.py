@@ -92,8 +92,8 @@ def _order(line: str) -> str:
 
 def texts() -> dict[Path, str]:
     """Both stubs, by file."""
-    arrays = [EXPLICIT.format(module="robocal.front.arrays", name=n) for n in robocal.ARRAYS]
-    found = [EXPLICIT.format(module="robocal.front.verb_result", name=n) for n in robocal.FOUND]
+    arrays = [EXPLICIT.format(module=f"robocal.front.{m}", name=n) for n, m in robocal.ARRAYS.items()]
+    found = [EXPLICIT.format(module=f"robocal.front.{m}", name=n) for n, m in robocal.FOUND.items()]
     errors = [EXPLICIT.format(module="robocal.errors", name=n) for n in robocal.ERRORS]
     version = EXPLICIT.format(module="robocal._version", name="__version__")
     results = [line for name in robocal.CALLS if name != "identify" for line in _result(name)[1]]
@@ -102,8 +102,8 @@ def texts() -> dict[Path, str]:
     imports = "\n".join(sorted(every, key=_order))
     names = ",\n    ".join(f'"{n}"' for n in robocal.__all__)
     ours = HEAD.format(imports=imports, given="Arm | Measurements | Found[Any]")
-    ours += "".join(f"{n}: tuple[str, ...]\n" for n in ("ARRAYS", "FOUND", "ERRORS", "CALLS"))
-    ours += "GROUPS: dict[str, str]\n"
+    ours += "".join(f"{n}: tuple[str, ...]\n" for n in ("ERRORS", "CALLS"))
+    ours += "".join(f"{n}: dict[str, str]\n" for n in ("ARRAYS", "FOUND", "GROUPS"))
     ours += f"__all__ = [\n    {names},\n]\n\n"
     ours += "\n".join(stub(name) for name in robocal.CALLS)
     return {ROOT / "__init__.pyi": ours} | {ROOT / "front" / f"{word}.pyi": _grouped(word) for word in GROUPS}
@@ -112,7 +112,7 @@ def texts() -> dict[Path, str]:
 def _grouped(word: str) -> str:
     """The verbs under one word."""
     paths = [f"{word}.{name}" for name in GROUPS[word].verbs]
-    own = ["from robocal.front.arrays import Measurements", "from robocal.front.verb_result import Found"]
+    own = ["from robocal.front.measurements import Measurements", "from robocal.front.verb_result import Found"]
     if word == "cable":
         own += [EXPLICIT.format(module="robocal.front.cable_arrays", name=n) for n in ("CableArm", "robot")]
     own += [line for path in paths for line in _result(path)[1]]

@@ -79,7 +79,8 @@ def vocabulary(chain: Model) -> tuple[str, ...]:
     others = [n for sections in OTHERS.values() for _, names, spread in sections for n in (*names, *spread)]
     located = [n for names in groups for n in names]
     known = (*IDS, *CONFIGURATION, "group", "target", "second", *located, *others)
-    return tuple(dict.fromkeys((*known, *joints, *numbered, *each, *chain.parts.get("cable", ()))))
+    cables = chain.parts.get("cable", ())
+    return tuple(dict.fromkeys((*known, *joints, *numbered, *each, *cables, *(f"s_{name}" for name in cables))))
 
 
 def self_description(table: CsvTable, chain: Model, kind: str | None) -> dict[str, Any]:
@@ -92,7 +93,11 @@ def self_description(table: CsvTable, chain: Model, kind: str | None) -> dict[st
     two = bool(joints) and _first(table, (second,)) is not None
     cables = chain.parts.get("cable", ())
     if cables and kind in (None, "lengths") and all(map(table.has, cables)):
-        found: dict[str, Any] | None = {"kind": "lengths", "lengths": {"columns": list(cables)}}
+        spread = tuple(f"s_{name}" for name in cables)
+        found: dict[str, Any] | None = {
+            "kind": "lengths",
+            "lengths": {"columns": list(cables)} | _sigma(table, (spread,)),
+        }
     elif "rope" in chain.parts:
         found = _load(table)
     else:

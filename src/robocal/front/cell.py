@@ -8,7 +8,19 @@ from html import escape
 from robocal._record import replace
 from robocal.front.plots import figures
 from robocal.report.page import embed
-from robocal.report.sections import Block, Facts, Figure, Pair, Remarks, Section, Table, Text, VerdictBlock, Written, quiet
+from robocal.report.sections import (
+    Block,
+    Facts,
+    Figure,
+    Pair,
+    Remarks,
+    Section,
+    Table,
+    Text,
+    VerdictBlock,
+    Written,
+    quiet,
+)
 
 __all__ = ["LINES", "cell"]
 

@@ -82,7 +82,9 @@ class Covariance:
         """The matrix of these parameters, (k, k). Raises ModelError for a name that it lacks."""
         for name in names:
             if name not in self.names:
-                raise ModelError("this covariance has no such parameter", argument="names", found=name, **one_of(name, self.names))
+                raise ModelError(
+                    "this covariance has no such parameter", argument="names", found=name, **one_of(name, self.names)
+                )
         at = [self.names.index(name) for name in names]
         return np.asarray(self.matrix[np.ix_(at, at)])
 

@@ -28,7 +28,9 @@ class Plot:
         """Writes the figure as an SVG file. Raises FileError."""
         place = Path(file)
         if place.suffix.lower() != ".svg":
-            raise ModelError("figures are written as SVG", argument="file", found=str(place), expected="a name that ends in .svg")
+            raise ModelError(
+                "figures are written as SVG", argument="file", found=str(place), expected="a name that ends in .svg"
+            )
         return write_text(place, self.svg)
 
     def _repr_svg_(self) -> str:
@@ -62,7 +64,9 @@ def choose_plot(told: Iterable[Section], name: str | None, first: tuple[str, ...
     """The figure with this name; without one that which the page shows first. Raises ModelError where there is none."""
     known = dict(figures(told))
     if not known:
-        raise ModelError("this result has no figure", argument="name", found=name, expected="a result whose page has figures")
+        raise ModelError(
+            "this result has no figure", argument="name", found=name, expected="a result whose page has figures"
+        )
     if name is None:
         name = next((n for n in first if n in known), next(iter(known)))
     if name not in known:

@@ -17,7 +17,7 @@ from robocal._record import record
 from robocal.errors import InputError, ToWrite
 from robocal.remarks.remark import Message, Number
 from robocal.report.sections import Detail, Figure, Remarks, Section, Sentence
-from robocal.verbs.option import Arg, Option, OptionField, entries
+from robocal.verbs.option import Option, OptionField, entries
 from robocal.verbs.registry import COMMAND_NAMES, GROUPS, PATHS
 
 __all__ = ["PythonRemark", "python_error", "python_message", "python_sections", "python_text"]
@@ -27,7 +27,9 @@ S = TypeVar("S")
 TERMINAL = ("demo", "report")  # verbs that Python lacks
 ANYWHERE = {"--verbose": "report(file)", "--json": "document", "--debug": "the traceback"}
 # An option, perhaps with its value: a word that is quoted, or goes on to the next space or mark.
-OPTION = re.compile(r"(?<![\w-])(--[a-z][a-z0-9-]*|-[a-zA-Z](?= ?[\w<]))(?:([ =])('[^']*'|\"[^\"]*\"|[^\s;:,()`'\"](?:[^\s;:()`'\"]|:(?=\S))*))?")
+OPTION = re.compile(
+    r"(?<![\w-])(--[a-z][a-z0-9-]*|-[a-zA-Z](?= ?[\w<]))(?:([ =])('[^']*'|\"[^\"]*\"|[^\s;:,()`'\"](?:[^\s;:()`'\"]|:(?=\S))*))?"
+)
 NUMBER = re.compile(r"[-+]?\d[\d.e+-]*[a-z%]*(?:,[-+]?\d[\d.e+-]*)*")
 PLACEHOLDER = re.compile(r"[A-Z][A-Z_0-9.]*(?:[,=:-][A-Z_0-9]+)*")
 # What a verb is called with: files, in capitals or by their names, then options as Python has them by now.
@@ -82,7 +84,9 @@ def _option(found: re.Match[str], path: str) -> str:
         return f"{entry.python}={not no}{mark}{value}"
     stop = value[len(value.rstrip(".,")) :]
     value = value.removesuffix(stop)
-    if not value or not (mark == "=" or _is_value(value, entry, closed=found.string[found.end() :][:1] in ("", ")", "`"))):
+    if not value or not (
+        mark == "=" or _is_value(value, entry, closed=found.string[found.end() :][:1] in ("", ")", "`"))
+    ):
         return f"{entry.python}={mark if value else ''}{value}{stop if value or not mark else mark + stop}"
     return f"{entry.python}={_literal(value, entry)}{stop}"
 
@@ -98,12 +102,18 @@ def _is_value(word: str, entry: OptionField, closed: bool) -> bool:
     return (closed and word not in _COMMON) or any(sign in word for sign in "=./,_") or word in named - _COMMON
 
 
-_COMMON = frozenset("a an and or the to of by in is are with where it from for this that one all on too alone also instead".split())
+_COMMON = frozenset(
+    "a an and or the to of by in is are with where it from for this that one all on too alone also instead".split()
+)
 
 
 def _literal(value: str, entry: OptionField) -> str:
     bare = value.strip("'\"")
-    plain = NUMBER.fullmatch(bare) and _is_number(bare) and (entry.kind in (int, float) or entry.numeric or entry.kind is str)
+    plain = (
+        NUMBER.fullmatch(bare)
+        and _is_number(bare)
+        and (entry.kind in (int, float) or entry.numeric or entry.kind is str)
+    )
     if (plain and not entry.several) or PLACEHOLDER.fullmatch(bare):
         return bare
     return f'"{bare}"'
@@ -171,7 +181,9 @@ def _part(part: S, path: str) -> S:
         new = replace(part, caption=python_text(part.caption, path))
     elif is_dataclass(part) and not isinstance(part, type):
         old = {f.name: getattr(part, f.name) for f in fields(part)}
-        changed = {name: moved for name, value in old.items() if (moved := _part(value, path)) is not value and moved != value}
+        changed = {
+            name: moved for name, value in old.items() if (moved := _part(value, path)) is not value and moved != value
+        }
         new = replace(part, **changed) if changed else part
     return cast(S, new)
 
