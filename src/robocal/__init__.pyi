@@ -1,6 +1,6 @@
 # Made by scripts/front_stub.py from the options of the verbs.
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from robocal._version import __version__ as __version__
@@ -10,6 +10,7 @@ from robocal.files.cable.caspr import Caspr as _import_model_Caspr
 from robocal.front import cable as cable
 from robocal.front import drive as drive
 from robocal.front import vision as camera
+from robocal.front.cable_arrays import CableArm
 from robocal.front.measurements import Measurements as Measurements
 from robocal.front.measurements import measurements as measurements
 from robocal.front.measurements import table as table
@@ -33,7 +34,7 @@ from robocal.verbs.verify.result import Verified as _verify_Verified
 from robocal.verbs.warm_up import WarmUp as _warm_up_WarmUp
 
 _Path = str | os.PathLike[str]
-_Given = _Path | Arm | Measurements | Found[Any]
+_Given = _Path | Arm | CableArm | Measurements | Found[Any]
 _Watch = Callable[[dict[str, object]], None]
 
 ERRORS: tuple[str, ...]
@@ -87,8 +88,8 @@ def check(
     separated, with the reason. For a cable robot, also a model of CASPR, it has the data of the cables.
 
     Takes
-    robot: robot.yaml, a URDF, a run folder, or a name from the catalogue (rc.new(listing=True)), rc.robot(...) or rc.cable.robot(...).
-    data: data.yaml, or a CSV whose headers carry units; several are fitted together, or rc.measurements(...).
+    robot: robot.yaml, a URDF, a run folder, or a name from the catalogue (rc.new(listing=True)); or rc.robot(...), rc.cable.robot(...).
+    data: data.yaml, or a CSV whose headers carry units; several are fitted together; or rc.measurements(...).
     exclude: Leave rows out: ids of configurations, rows such as 7 or 10-20, FILE:ROW.
     base: First link of the chain in a URDF.
     tip: Last link of the chain in a URDF.
@@ -119,8 +120,8 @@ def compensate(
     dropped.
 
     Takes
-    robot: A robot file, a catalogue name, or a run folder, rc.robot(...) or rc.cable.robot(...).
-    targets: A CSV whose headers carry units (poses, positions, joints), or a YAML beside it.
+    robot: A robot file, a catalogue name, or a run folder; or rc.robot(...), rc.cable.robot(...).
+    targets: A CSV whose headers carry units (poses, positions, joints), or a YAML beside it; or rc.table(...).
     nominal: The model of the controller; a run folder contains it.
     tool: Tool of both models: calibrated, nominal, x,y,z,rx,ry,rz in the robot's units; own: each model has its own.  [default: 'calibrated']
     output: Write compensated.csv, compensation.json and compensation.html here.
@@ -183,7 +184,7 @@ def export(
     """Write a robot model as robot.yaml, URDF, a table of its parameters, or joint offsets for a controller.
 
     Takes
-    robot: A robot file, a catalogue name, or a run folder, rc.robot(...) or rc.cable.robot(...).
+    robot: A robot file, a catalogue name, or a run folder; or rc.robot(...), rc.cable.robot(...).
     output: Write here, not to the terminal.
     form: yaml, urdf, dh (a table with Hayati's beta), csv or markdown (the parameters), offsets of the joints: offsets (CSV), ros (parameters), xacro (properties).  [default: 'yaml']
     nominal: The robot to which offsets are added; a run folder contains it.
@@ -236,8 +237,8 @@ def identify(
     """Identify a robot's true parameters from measurements, and prove the gain on configurations that were not used.
 
     Takes
-    robot: robot.yaml, a URDF, a run folder, or a name from the catalogue (rc.new(listing=True)), rc.robot(...) or rc.cable.robot(...).
-    data: data.yaml, or a CSV whose headers carry units; several are fitted together, or rc.measurements(...).
+    robot: robot.yaml, a URDF, a run folder, or a name from the catalogue (rc.new(listing=True)); or rc.robot(...), rc.cable.robot(...).
+    data: data.yaml, or a CSV whose headers carry units; several are fitted together; or rc.measurements(...).
     output: Write a run folder here.
     force: Write the run into a folder with other content; files of other names stay.
     free: Free exactly these parameters, in place of those of the robot file: j2.alpha, alpha, j2, tool. Repeat, or separate by commas.
@@ -321,7 +322,7 @@ def new(
     table that you have: separator, decimal comma, columns and units, as its headers say.
 
     Takes
-    robot: A catalogue name, a convention, cable, or the file of a robot, rc.robot(...) or rc.cable.robot(...).
+    robot: A catalogue name, a convention, cable, or the file of a robot; or rc.robot(...), rc.cable.robot(...).
     output: Folder for the files.  [default: PosixPath('.')]
     joints: How many, when ROBOT is a convention, 1 to 30.  [default: 6]
     kind: What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, sphere, pixels.  [default: 'position']
@@ -372,8 +373,8 @@ def plan(
     Writes a joint program with short motions between poses, and the data file to fill in.
 
     Takes
-    robot: robot.yaml, a URDF, a run folder, or a name from the catalogue (rc.new(listing=True)), rc.robot(...) or rc.cable.robot(...).
-    data: A data file that describes the instrument; its measurements do not count (see after=), or rc.measurements(...).
+    robot: robot.yaml, a URDF, a run folder, or a name from the catalogue (rc.new(listing=True)); or rc.robot(...), rc.cable.robot(...).
+    data: A data file that describes the instrument; its measurements do not count (see after=); or rc.measurements(...).
     output: Write poses.csv, data.yaml, plan.json and plan.html here.
     poses: How many poses, 1 to 500.  [default: enough]
     criterion: I: mean error at test poses; G: the largest; D, A, E, O1 to O5.  [default: 'I']
@@ -420,8 +421,8 @@ def predict(
     residual of the fit. Bands are those of the arm's shape; absolute=True adds the uncertainty of the base's place.
 
     Takes
-    folder: A run folder, as rc.identify(output=...) writes it.
-    poses: A CSV with units in its headers: q1 [deg], ...; of a cable robot x [m], ..., or c1 [m], .
+    folder: A run folder, as rc.identify(output=...) writes it; or what identify gave and wrote.
+    poses: A CSV with units in its headers: q1 [deg], ...; of a cable robot x [m], ..., or c1 [m], ; or rc.table(...).
     absolute: Include the uncertainty of the base's place.
     output: Write here, not to the terminal.
     force: Replace files that exist.
@@ -458,7 +459,7 @@ def simulate(
     """Simulate measurements of a robot that differs from its model: data, and the true robot to compare with.
 
     Takes
-    robot: robot.yaml, a URDF, a run folder, or a name from the catalogue (rc.new(listing=True)), rc.robot(...) or rc.cable.robot(...).
+    robot: robot.yaml, a URDF, a run folder, or a name from the catalogue (rc.new(listing=True)); or rc.robot(...), rc.cable.robot(...).
     output: Folder for robot, data and truth.
     poses: Configurations drawn within the joint limits, or within the frame, 1 to 1000000.  [default: 80]
     at: Take the joint values of this data file or list of poses, or the platform's poses.
@@ -485,7 +486,7 @@ def simulate(
     """
 
 def study(
-    study: _Given,
+    study: _Given | Mapping[str, Any],
     *,
     workers: int | None = None,
     cluster: str | None = None,
@@ -503,7 +504,7 @@ def study(
     them. Finished parts are stored beside the result until all are there: after an interruption, resume=True continues.
 
     Takes
-    study: study.yaml: robot, poses, noise, trials and the varied keys Or a mapping with these keys.
+    study: study.yaml: robot, poses, noise, trials and the varied keys; or a mapping with these keys.
     workers: Processes on this machine, 1 to 1024.  [default: as many as cores]
     cluster: A Dask scheduler, tcp://HOST:PORT or tls://HOST:PORT; workers read the robot file under the same path.
     tls_ca: For cluster=: certificate of the authority.
@@ -543,8 +544,8 @@ def validate(
     The robot is not changed. Free frames of instruments are fitted again; the errors are then labelled 'own frames fitted'.
 
     Takes
-    robot: robot.yaml, a URDF, a run folder, or a name from the catalogue (rc.new(listing=True)), rc.robot(...) or rc.cable.robot(...).
-    data: data.yaml, or a CSV whose headers carry units; several are fitted together, or rc.measurements(...).
+    robot: robot.yaml, a URDF, a run folder, or a name from the catalogue (rc.new(listing=True)); or rc.robot(...), rc.cable.robot(...).
+    data: data.yaml, or a CSV whose headers carry units; several are fitted together; or rc.measurements(...).
     against: Compare with this robot, for example the nominal one.
     offsets: Validate these joint offsets (CSV, ROS, xacro) on the nominal robot.
     distances: Pairs of places: consecutive, all, group, or a column of the configurations.  [default: 'consecutive']

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
@@ -10,7 +11,7 @@ from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
 
-__all__ = ["keep_file", "scratch_files"]
+__all__ = ["is_kept", "keep_file", "scratch_files"]
 
 
 @contextmanager
@@ -31,6 +32,11 @@ def keep_file(name: str, text: str, *, alone: bool = False) -> Path:
         place.parent.mkdir(exist_ok=True)
         place.write_text(text, encoding="utf-8")
     return place
+
+
+def is_kept(path: object) -> bool:
+    """Whether a file is one that `keep_file` made."""
+    return str(path).startswith(str(_folder()) + os.sep)
 
 
 @cache

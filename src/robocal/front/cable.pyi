@@ -18,7 +18,7 @@ from robocal.verbs.cable.require.result import Required as _require_Required
 from robocal.verbs.cable.tension.result import Tensions as _tension_Tensions
 
 _Path = str | os.PathLike[str]
-_Given = _Path | Measurements | Found[Any]
+_Given = _Path | CableArm | Measurements | Found[Any]
 _Watch = Callable[[dict[str, object]], None]
 
 def inverse(
@@ -37,8 +37,8 @@ def inverse(
     stretch.
 
     Takes
-    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml, rc.robot(...) or rc.cable.robot(...).
-    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw.
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml; or rc.robot(...), rc.cable.robot(...).
+    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw; or rc.table(...).
     tension: Tension of every cable: cables stretch, in the robot file's unit of force, 0 or more.
     sag: Include the sag of the cables by their weight.
     output: Write here, not to the terminal.
@@ -72,8 +72,8 @@ def forward(
     Exit status 3 when a pose was not found, is not the only one, or does not fit its lengths.
 
     Takes
-    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml, rc.robot(...) or rc.cable.robot(...).
-    lengths: CSV: one column per cable, such as c1 [mm]; c1.geometric [mm] for lengths without stretch.
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml; or rc.robot(...), rc.cable.robot(...).
+    lengths: CSV: one column per cable, such as c1 [mm]; c1.geometric [mm] for lengths without stretch; or rc.table(...), rc.measurements(...).
     sigma: Standard deviation of a length, in the robot file's unit of length, above 0.
     starts: Number of further starts, to find other poses, 0 or more.  [default: 24]
     tension: Tension of every cable: cables stretch, in the robot file's unit of force, 0 or more.
@@ -110,8 +110,8 @@ def tension(
     Exit status 3 when no tensions hold a pose. cable inverse and cable forward read the written list.
 
     Takes
-    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml, rc.robot(...) or rc.cable.robot(...).
-    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw.
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml; or rc.robot(...), rc.cable.robot(...).
+    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw; or rc.table(...).
     method: norm (least), mid, closed, barycentre (continuous), p-norm.  [default: 'norm']
     power: Exponent of method='p-norm', from 2 on.  [default: 4]
     mass: Mass of the platform, in place of that in the robot file, in the robot file's unit of mass, 0 or more.
@@ -156,7 +156,7 @@ def workspace(
     Exit status 3 when it can be held nowhere.
 
     Takes
-    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml, rc.robot(...) or rc.cable.robot(...).
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml; or rc.robot(...), rc.cable.robot(...).
     orientation: A rotation vector; repeat for several, all of which must be held, in the robot file's unit of angle.  [default: upright]
     tilt: Hold tilts too: half the angle and all of it, about 8 horizontal axes, in the robot file's unit of angle.
     payload: Payload at the centre of mass, one number or a range, for example 0,20, in the robot file's unit of mass.
@@ -212,7 +212,7 @@ def poses(
     """Poses that the platform can reach and leave again: with feasible tensions on the whole path, and without contact of a cable.
 
     Takes
-    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml, rc.robot(...) or rc.cable.robot(...).
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml; or rc.robot(...), rc.cable.robot(...).
     poses: Poses to list, 1 to 10000.  [default: 200]
     mu: Used fraction of each free path, above 0 and at most 1.  [default: 0.95]
     start: X_0: mean of the frame anchors, best of a grid, or X,Y,Z[,RX,RY,RZ] in the robot file's units.  [default: 'mean']
@@ -265,8 +265,8 @@ def contact(
     possible part.
 
     Takes
-    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml, rc.robot(...) or rc.cable.robot(...).
-    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw.
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml; or rc.robot(...), rc.cable.robot(...).
+    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw; or rc.table(...).
     from_first: Move to every pose from the first one, not from the one before: a list of targets.
     diameter: Diameter of every cable, in place of that in the robot file, in the robot file's unit of length, 0 or more.
     body: The platform: hull or box of its anchors, none, or LX,LY,LZ.  [default: 'hull']
@@ -305,8 +305,8 @@ def require(
     Exit status 3 when the accuracy is not reached with these noises and poses.
 
     Takes
-    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml, rc.robot(...) or rc.cable.robot(...).
-    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw.
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml; or rc.robot(...), rc.cable.robot(...).
+    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw; or rc.table(...).
     sigma: Standard deviation of a length.  [default: '1mm']
     sigma_position: The same of a component of the measured position.  [default: known exactly]
     sigma_orientation: The same of a component of the measured rotation vector.  [default: known exactly]
@@ -379,7 +379,7 @@ def straightness(
     Without tension=, tensions are those of the list of poses, else the least ones that hold the platform.
 
     Takes
-    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml, rc.robot(...) or rc.cable.robot(...).
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml; or rc.robot(...), rc.cable.robot(...).
     poses: CSV of poses: x [m], y, z, rx [deg], ry, rz, or a quaternion.  [default: the middle of the frame]
     wanted: The error that is allowed, of a length and of a position.  [default: '1mm']
     loads: Measured loads of a cable: data.yaml, or a CSV whose headers carry units.

@@ -22,12 +22,17 @@ from robocal.errors import FormatError, InputError, ModelError
 from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.cablefile import CableFile
 from robocal.front import shapes
+from robocal.front.arguments import named_arguments
 from robocal.front.calls import call
 from robocal.front.robots import held_file, opened_name, without_file
 from robocal.session.cable.statics_options import mass_of, robot_with_limits
 
 __all__ = ["CableArm", "robot"]
 
+EXAMPLES = {
+    "units": '{"length": "mm"}', "every_cable": '{"tension": [10, 500]}', "platform": '{"mass": 25}',
+    "calibrate": '{"free": ["ax", "ay", "az"]}',
+}  # fmt: skip
 RIGID = 1e-6  # how far axes may be from orthonormal: what is left of poses that were printed with seven digits
 
 
@@ -43,14 +48,16 @@ class CableArm:
         """Names of the cables."""
         return self.model.robot.cables
 
+    @named_arguments
     def inverse(self, poses: ArrayLike, *, tension: ArrayLike | None = None, sag: bool = False) -> Array:
         """Lengths (k, m) in m at poses; with tensions (k, m) or (m,) in N cables stretch, with `sag` they also hang.
 
         Raises ModelError for poses at which a cable has no length, and for what the robot's file does not know.
         """
-        held = None if tension is None else shapes.numbers(tension, "tension")
+        held = None if tension is None else self._each(tension, "tension")
         return inverse(self.model.robot, _poses(poses), held, sag=sag)[0]
 
+    @named_arguments
     def forward(
         self,
         lengths: ArrayLike,
@@ -65,13 +72,14 @@ class CableArm:
 
         sigma () or (m,) in m is the noise of a length; `starts` further starts look for other poses. Raises ModelError.
         """
-        noise = None if sigma is None else shapes.numbers(sigma, "sigma")
+        noise = None if sigma is None else self._each(sigma, "sigma", many=False)
         if noise is not None and not (noise > 0).all():
             raise FormatError("a noise is a standard deviation", argument="sigma", found=sigma, expected="above 0")
-        held = None if tension is None else shapes.numbers(tension, "tension")
+        held = None if tension is None else self._each(tension, "tension")
         given: dict[str, Any] = {"sag": sag, "starts": starts, "rng": np.random.default_rng(seed)}
-        return forward(self.model.robot, shapes.numbers(lengths, "lengths"), tension=held, sigma=noise, **given)
+        return forward(self.model.robot, self._each(lengths, "lengths"), tension=held, sigma=noise, **given)
 
+    @named_arguments
     def tension(self, poses: ArrayLike, *, wrench: ArrayLike = (0.0,) * 6, method: str = METHOD) -> Distribution:
         """Tensions (k, m) in N that hold the platform's weight and a wrench (6,) or (k, 6) in N and N m at its origin, base
         axes: `tension`, `feasible` (k,), `found` (k,).
@@ -79,9 +87,15 @@ class CableArm:
         Raises InputError where the file knows no limits or no mass.
         """
         able, at = robot_with_limits(self.model), _poses(poses)
-        load = gravity_wrench(at, mass_of(self.model), able.com) + shapes.numbers(wrench, "wrench")
+        push = shapes.numbers(wrench, "wrench", "(6,) or (k, 6)")
+        if push.shape not in ((6,), (len(at), 6)):
+            raise FormatError(
+                "wrong shape", argument="wrench", found=push.shape, expected=f"(6,) or ({len(at)}, 6), in N and N m"
+            )
+        load = gravity_wrench(at, mass_of(self.model), able.com) + push
         return distribute(structure_of(able, at), load[:, list(able.axes)], able.need("limits"), method)
 
+    @named_arguments
     def dexterity(self, poses: ArrayLike, *, length: float = 1.0) -> Dexterity:
         """How evenly the cables can pull at poses: `tension_factor` (k,) from 0 to 1, `closed` (k,) where any wrench can be balanced,
         `condition` (k,), the condition number with moments divided by `length` in m.
@@ -91,6 +105,7 @@ class CableArm:
         held = self.model.robot
         return dexterity(structure_of(held, _poses(poses)), held.lengths_of_rows(length))
 
+    @named_arguments
     def prepare(self, *, method: str = METHOD, sigma: float | None = None) -> Prepared:
         """The robot entered into kernels once, for a controller that asks one pose a thousand times a second: `tension(pose)`,
         `forward(lengths, start)`, `twist(pose, rates)`; nothing that they are asked raises. sigma is the noise of a length in m.
@@ -108,11 +123,23 @@ class CableArm:
         """Poses that can be reached and left again: options as of `rc.cable.poses`."""
         return call("cable.poses")(self.opened, **options)
 
+    def _each(self, given: ArrayLike, argument: str, many: bool = True) -> Array:
+        """A number for each cable, (m,), or of many poses (k, m). Raises FormatError."""
+        n = len(self.cables)
+        expected = f"{f'(k, {n}) or ' if many else 'a number or '}({n},), one for each cable"
+        out = shapes.numbers(given, argument, expected)
+        if out.shape == () and not many:
+            return out
+        if out.ndim not in ((1, 2) if many else (1,)) or out.shape[-1] != n:
+            raise FormatError("wrong shape", argument=argument, found=out.shape, expected=expected)
+        return out
+
     def __repr__(self) -> str:
         r = self.model.robot
         return f"{r.name}: {len(r.cables)} cables, {len(r.axes)} degrees of freedom ({r.degrees})"
 
 
+@named_arguments
 def robot(
     source: str | os.PathLike[str] | Mapping[str, Any] | None = None,
     *,
@@ -138,6 +165,10 @@ def robot(
 
     Returns a CableArm, which `rc.identify` and the verbs of `rc.cable` take. Raises InputError.
     """
+    parts = {"units": units, "every_cable": every_cable, "platform": platform, "calibrate": calibrate}
+    for key, part in parts.items():
+        if part is not None and not isinstance(part, Mapping):
+            raise FormatError("not a mapping", argument=key, found=part, expected=EXAMPLES[key])
     arrays = {"frame_anchors": frame_anchors, "platform_anchors": platform_anchors, "zeros": zeros, "cables": cables}
     there = [key for key, value in arrays.items() if value is not None]
     if source is not None:
@@ -175,8 +206,8 @@ def _anchors(frame: Any, platform: Any, zeros: Any, cables: Sequence[str] | None
             raise FormatError(
                 "this robot has no anchors", argument=argument, expected="(n, 3), a row for each cable; or source="
             )
-    a = shapes.table(frame, "frame_anchors", 3)
-    b = shapes.table(platform, "platform_anchors", 3, len(a))
+    a = shapes.table(frame, "frame_anchors", 3, each="cable")
+    b = shapes.table(platform, "platform_anchors", 3, len(a), "cable")
     n = len(a)
     offsets = np.zeros(n) if zeros is None else shapes.numbers(zeros, "zeros", f"({n},)")
     if offsets.shape != (n,):

@@ -10,9 +10,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from robocal.errors import InputError, ModelError, nearest
+from robocal.errors import FormatError, InputError, ModelError
 from robocal.files.text import MemoryFile
-from robocal.front.measurements import Measurements
+from robocal.front.arguments import locate_argument, refuse_unknown
+from robocal.front.measurements import Measurements, locate_array
 from robocal.front.robots import Arm
 from robocal.front.spelling import python_error, python_text
 from robocal.front.studies import study_file
@@ -40,12 +41,18 @@ def call(path: str) -> Callable[..., Any]:
     made = Identified if path == "identify" else Found
 
     def verb(*words: Any, watch: Any = None, **options: Any) -> Found[Any]:
+        values: dict[str, Any] = {}
         try:
             given = _links(_bind(signature, words, options, told), told)
-            values = {told[name].name: _value(told[name], value) for name, value in given.items()}
-            return made(path, module.run(module.Options(**values), watch, f"{verb.__module__}.{verb.__name__}(...)"))
+            require_same_machine(given)
+            values |= {name: _value(told[name], value) for name, value in given.items()}
+            known = module.Options(**{told[name].name: value for name, value in values.items()})
+            return made(path, module.run(known, watch, f"{verb.__module__}.{verb.__name__}(...)"))
         except InputError as error:
-            python_error(error, path)
+            python_error(
+                locate_array(locate_argument(error, values), options.get("data", words[1] if len(words) > 1 else None)),
+                path,
+            )
             raise
 
     signature = inspect.Signature([_parameter(e) for e in told.values()])
@@ -101,12 +108,7 @@ def _bind(
     signature: inspect.Signature, words: Sequence[Any], options: Mapping[str, Any], told: Mapping[str, OptionField]
 ) -> dict[str, Any]:
     """What was given, by the names of arguments. Raises ModelError for a name that is none, and for what is missing."""
-    for name in options:
-        if name not in told:
-            known = [*told, "watch"]
-            raise ModelError(
-                "unknown argument", argument=name, expected=", ".join(known), suggestion=nearest(name, known)
-            )
+    refuse_unknown(list(options), [*told, "watch"])
     first = [name for name, e in told.items() if isinstance(e.facts, Arg)]
     if len(words) > len(first):
         kept = next(name for name in told if name not in first)
@@ -118,6 +120,32 @@ def _bind(
     if lacking := [name for name, e in told.items() if e.required and name not in given]:
         raise TypeError(f"missing argument {lacking[0]}: {python_text(told[lacking[0]].facts.help)}")
     return signature.bind(**given).arguments
+
+
+def require_same_machine(given: Mapping[str, Any]) -> None:
+    """Raises FormatError for measurements of an arm beside a cable robot, or of another number of joints or cables."""
+    robot, data = given.get("robot"), given.get("data")
+    moved = robot.joints if isinstance(robot, Arm) else getattr(robot, "cables", None)
+    if moved is None:
+        return
+    needed = "joints" if isinstance(robot, Arm) else "lengths"
+    for one in data if isinstance(data, list | tuple) else (data,):
+        if not isinstance(one, Measurements) or not one.of:
+            continue
+        if one.of != needed:
+            what = "an arm" if needed == "joints" else "a cable robot"
+            expected = f"rc.measurements({'' if needed == 'joints' else 'lengths='}{needed}, ...)"
+            raise FormatError(f"{what} has no {one.of}", argument="data", found=f"{one.of}=", expected=expected)
+        if len(one.moved) != len(moved):
+            expected = f"(m, {len(moved)}): {', '.join(moved)}"
+            raise FormatError("wrong number of columns", argument=needed, found=len(one.moved), expected=expected)
+        if needed == "lengths" and set(one.moved) != set(moved):
+            raise FormatError(
+                "these are not the cables of the robot",
+                argument="cables",
+                found=", ".join(one.moved),
+                expected=", ".join(moved),
+            )
 
 
 def _links(given: dict[str, Any], told: dict[str, OptionField]) -> dict[str, Any]:
@@ -187,6 +215,8 @@ def taken(entry: OptionField) -> str:
         return "a file, a name of the catalogue, rc.robot(...), rc.cable.robot(...), or what identify gave and wrote"
     if word == "RUN":
         return "a run folder, or what identify gave and wrote"
+    if word == "DATA":
+        return "rc.measurements(joints, position=...) or (..., pose=...), a file, or several of them"
     if word == "STUDY":
         return "a file, or a mapping with its keys"
     return "a file, rc.table(...), rc.measurements(...), a robot, or what identify gave and wrote"

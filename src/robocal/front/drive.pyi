@@ -69,7 +69,7 @@ def validate(
     """Ask what the table of a motor explains of another log, at any speed.
 
     Takes
-    motor: The folder of rc.drive.identify, or its motor.yaml.
+    motor: The folder of rc.drive.identify, or its motor.yaml; or what identify gave and wrote.
     log: data.yaml of another log, or a CSV whose headers carry units.
     columns: Columns of a CSV, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag.
     output: Folder for validation.json and report.html.
@@ -98,7 +98,7 @@ def compensate(
     """Write the table that compensates a motor's cogging, for a controller.
 
     Takes
-    motor: The folder of rc.drive.identify, or its motor.yaml.
+    motor: The folder of rc.drive.identify, or its motor.yaml; or what identify gave and wrote.
     format: Form of the table: csv, json, c, c-float, odrive, array.  [default: 'csv']
     cells: Cells of the turn; odrive has 3600, 36 to 65536.  [default: 3600]
     unit: Unit of the table: A, Nm.  [default: that of the log]

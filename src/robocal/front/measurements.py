@@ -16,13 +16,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from robocal._record import record
 from robocal._types import Array
-from robocal.errors import FileError, FormatError
+from robocal.errors import FileError, FormatError, InputError
 from robocal.files.text import MemoryFile
 from robocal.files.units import UNITS
 from robocal.front import shapes
+from robocal.front.arguments import named_arguments
 from robocal.geometry import so3
 
-__all__ = ["Measurements", "measurements", "table"]
+__all__ = ["Measurements", "locate_array", "measurements", "table"]
 
 NAME = "measurements"  # what messages call arrays; their rows are counted from 2, as in a table with a header
 LENGTHS = "lengths"  # and those of cables, beside poses
@@ -31,20 +32,37 @@ TURNS = ("pose", "rotation", "quaternion", "rotation_vector")  # arguments that 
 
 @record
 class Measurements:
-    """Measurements that a program holds, as the text of a table whose headers say units; of a cable robot also that of its lengths."""
+    """Measurements that a program holds, as the text of a table whose headers say units; of a cable robot also that of its lengths.
+
+    `of` is joints or lengths; of any other table it says nothing."""
 
     text: str
     lengths: str = ""
+    of: str = ""
 
     @property
     def file(self) -> MemoryFile:
         """The same as a file to read."""
-        return MemoryFile.of(NAME, self.text)
+        return MemoryFile.of(NAME if self.of != LENGTHS or self.lengths else LENGTHS, self.text)
 
     @property
     def files(self) -> tuple[MemoryFile, ...]:
         """Every table as a file to read: of a cable robot lengths and poses."""
         return (*([MemoryFile.of(LENGTHS, self.lengths)] if self.lengths else []), self.file)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The names of all columns, without units."""
+        heads = [t.partition("\n")[0].split(",") for t in (self.lengths, self.text) if t]
+        return tuple(h.partition(" [")[0] for head in heads for h in head)
+
+    @property
+    def moved(self) -> tuple[str, ...]:
+        """The names of the columns of joints or lengths."""
+        if self.of == "joints":
+            return tuple(c for c in self.columns if c[:1] == "q" and c[1:].isdigit())
+        own = (self.lengths or self.text).partition("\n")[0].split(",") if self.of else []
+        return tuple(h.partition(" [")[0] for h in own if h != "id" and not h.startswith("s_"))
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Writes the table as a CSV that `robocal identify` reads, and the lengths of cables beside it as NAME-lengths.csv.
@@ -68,6 +86,7 @@ class Measurements:
         return "Measurements: " + "; ".join(f"{len(lines) - 1} rows of {lines[0]}" for lines in told)
 
 
+@named_arguments
 def measurements(
     joints: ArrayLike | None = None,
     *,
@@ -114,6 +133,7 @@ def measurements(
     at: Any = joints if lengths is None else lengths
     given = shapes.table(at, what)
     m, n = given.shape
+    _refuse_turned(what, m, n, (position, pose, rotation, quaternion, rotation_vector))
     names = _names(cables, n, what)
     moved = {f"{name} [{first}]": given[:, i] for i, name in enumerate(names)}
     if length_sigma is not None:
@@ -124,13 +144,14 @@ def measurements(
         }
     seen: dict[str, NDArray[Any]] = {}
     place, turned = _poses(m, position, pose, rotation, quaternion, quaternion_order, rotation_vector, turn)
+    titles = ("qx", "qy", "qz", "qw") if quaternion is not None else tuple(f"r{axis} [{turn}]" for axis in "xyz")
     if place is not None:
         seen |= _three("", place, second)
     if sigma is not None:
         _need("sigma", place, "position= or pose=")
         seen |= _three("s", shapes.spread(sigma, "sigma", m, 3), second)
     if turned is not None:
-        seen |= _three("r", turned, turn)
+        seen |= dict(zip(titles, turned.T, strict=True))
     if turn_sigma is not None:
         _need("turn_sigma", turned, ", ".join(f"{t}=" for t in TURNS))
         seen |= _three("sr", shapes.spread(turn_sigma, "turn_sigma", m, 3), turn)
@@ -139,13 +160,22 @@ def measurements(
         raise FormatError("nothing was measured at these joints", argument="position", expected=expected)
     further = dict(_further(columns or {}, m, {**moved, **seen}))
     if what == "joints":
-        return Measurements(_text(moved | seen | further))
+        return Measurements(_text(moved | seen | further), of=what)
     # Rows of two tables belong together by their ids.
     ids = {} if "id" in further else {"id": np.array([f"row{i + 1}" for i in range(m)])}
     own = {"id": further["id"]} if "id" in further else ids
     if place is None:
-        return Measurements(_text({**ids, **moved, **further}))
-    return Measurements(_text({**ids, **seen, **further}), _text({**own, **moved}))
+        return Measurements(_text({**ids, **moved, **further}), of=what)
+    return Measurements(_text({**ids, **seen, **further}), _text({**own, **moved}), what)
+
+
+def _refuse_turned(what: str, m: int, n: int, others: Sequence[Any]) -> None:
+    """Raises FormatError for joints or lengths (n, m) beside m poses."""
+    rows = {len(o) for o in others if hasattr(o, "__len__")}
+    if n in rows and m not in rows:
+        raise FormatError(
+            "wrong shape", argument=what, found=(m, n), expected=f"({n}, {m}): one row for each measurement, {what}.T"
+        )
 
 
 def _units(given: Sequence[str] | None, what: str) -> tuple[str, str, str]:
@@ -188,7 +218,7 @@ def _need(argument: str, there: object, expected: str) -> None:
 def _poses(
     m: int, position: Any, pose: Any, rotation: Any, quaternion: Any, order: str | None, vector: Any, turn: str
 ) -> tuple[Array | None, Array | None]:
-    """Positions (m, 3), and rotation vectors (m, 3) in the unit `turn`, of what was given of both."""
+    """Positions (m, 3), and quaternions (m, 4), scalar last, or rotation vectors (m, 3) in the unit `turn`, of what was given of both."""
     given = {"pose": pose, "rotation": rotation, "quaternion": quaternion, "rotation_vector": vector}
     there = [name for name, value in given.items() if value is not None]
     if len(there) > 1:
@@ -222,7 +252,7 @@ def _poses(
             raise FormatError("no rotation turns so far", argument="rotation_vector", found=found, expected=expected)
         return place, turned
     if quaternion is not None:
-        return place, _in_unit(so3.log(shapes.quaternions(quaternion, order, m)), turn)
+        return place, shapes.quaternions(quaternion, order, m)
     return place, None if rotation is None else _in_unit(so3.log(shapes.rotations(rotation, "rotation", m)), turn)
 
 
@@ -248,6 +278,7 @@ def _further(columns: Any, m: int, taken: Mapping[str, object]) -> Iterator[tupl
         yield str(name), given
 
 
+@named_arguments
 def table(columns: Mapping[str, ArrayLike] | Any) -> Measurements:
     """A table as a file would hold it: columns (m,) by headers that carry units ("q1 [deg]", "x [mm]"), from a mapping or a
     data frame (anything with `__dataframe__`: pandas, polars, pyarrow). Raises FormatError for columns of different lengths."""
@@ -267,6 +298,28 @@ def table(columns: Mapping[str, ArrayLike] | Any) -> Measurements:
         said = ", ".join(f"{k}: {v.shape}" for k, v in found.items())
         raise FormatError("columns of different lengths", argument="columns", found=said, expected="(m,) each")
     return Measurements(_text(found))
+
+
+# Keys of a data file and columns of a table, and the arguments that they were.
+KEYS = {
+    "joints.unit": "units[0]", "lengths.unit": "units[0]", "position.unit": "units[1]", "orientation.unit": "units[2]",
+    "lengths.columns": "lengths", "lengths": "lengths", "joints.columns": "joints", "joints": "joints", "position.columns": "position",
+    "orientation": "rotation",
+}  # fmt: skip
+
+
+def locate_array(error: InputError, data: object) -> InputError:
+    """The same error of measurements that a program holds, at the argument that was wrong."""
+    if error.file not in (NAME, LENGTHS) or error.argument is not None:
+        return error
+    error.argument = KEYS.get(error.key or "", "data")
+    if error.key == "orientation" and isinstance(data, Measurements) and "qw" in data.columns:
+        error.argument = "quaternion"
+        if "form:" in str(error.expected):  # the line that reads them in another form
+            error.argument, error.expected = "quaternion_order", "the other order"
+    if error.argument != "data":
+        error.file = error.key = None
+    return error
 
 
 def _three(stem: str, values: Array, unit: str) -> dict[str, NDArray[Any]]:

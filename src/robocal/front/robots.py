@@ -14,9 +14,11 @@ from robocal._types import Array
 from robocal.arms.conventions import CONVENTIONS
 from robocal.errors import FormatError, InputError, ModelError, nearest, one_of
 from robocal.files.robot import Robot
-from robocal.files.scratch import keep_file
+from robocal.files.scratch import is_kept, keep_file
 from robocal.files.yamlio import mapping_text
 from robocal.front import shapes
+from robocal.front.arguments import locate_argument, named_arguments
+from robocal.remarks.remark import Remark
 from robocal.session.inputs import open_arm
 
 __all__ = ["Arm", "held_file", "opened_name", "robot"]
@@ -49,9 +51,11 @@ class Arm:
 
     def __repr__(self) -> str:
         free = len(self.model.chain.table.free)
-        return f"{self.model.name}: {len(self.joints)} joints, {self.model.convention}, {free} parameters to identify"
+        head = f"{self.model.name}: {len(self.joints)} joints, {self.model.convention}, {free} parameters to identify"
+        return "\n".join((head, *(f"  {doubt}" for doubt in doubts(self.opened, self.model.warnings))))
 
 
+@named_arguments
 def robot(
     source: str | os.PathLike[str] | Mapping[str, Any] | ArrayLike,
     *,
@@ -84,7 +88,11 @@ def robot(
                 expected="a table of parameters as source",
             )
         opened = os.fspath(source)
-        return Arm(opened, base, tip, open_arm(opened, base=base, tip=tip))
+        try:
+            return Arm(opened, base, tip, open_arm(opened, base=base, tip=tip))
+        except InputError as error:
+            locate_argument(error, {"source": opened, "base": base, "tip": tip})
+            raise
     if links := next((k for k, v in (("base", base), ("tip", tip)) if v is not None), None):
         raise ModelError("links belong to a URDF", argument=links, expected="a file as source")
     if isinstance(source, Mapping) and "joints" not in source and set(source) <= _symbols():
@@ -203,6 +211,12 @@ def _types(types: str | Sequence[str] | None, n: int) -> list[str]:
     if len(given) != n:
         raise ModelError("a type for each joint", argument="types", found=f"{len(given)} types", expected=f"{n}")
     return given
+
+
+def doubts(opened: str, warnings: Sequence[Remark]) -> list[str]:
+    """What is odd about a robot, in sentences that name no file which only this program has."""
+    own = f"{opened}: " if is_kept(opened) else ""
+    return [w.sentence.replace(own, "", 1) if own else w.sentence for w in warnings]
 
 
 def held_file(made: Mapping[str, Any], argument: str, name: str = "robot") -> str:

@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from robocal._types import Array
 from robocal.errors import FormatError, nearest
-from robocal.files.orientation import quaternion as rotation_of
 from robocal.files.units import UNITS
 from robocal.geometry import so3
 
@@ -52,13 +51,15 @@ def numbers(given: ArrayLike, argument: str, expected: str = "an array of number
     return out
 
 
-def table(given: ArrayLike, argument: str, width: int | None = None, rows: int | None = None) -> Array:
-    """Finite numbers (m, width), one row for each measurement; `rows` are those of the joints or lengths. Raises FormatError."""
+def table(
+    given: ArrayLike, argument: str, width: int | None = None, rows: int | None = None, each: str = "measurement"
+) -> Array:
+    """Finite numbers (m, width), one row for `each`; `rows` are those of the joints or lengths. Raises FormatError."""
     shape = f"({'m' if rows is None else rows}, {width or 'n'})"
     out = numbers(given, argument, f"an array {shape}")
     if out.ndim != 2 or (width is not None and out.shape[1] != width):
         turned = out.ndim == 2 and out.shape[0] == width
-        hint = f": one row for each measurement, {argument}.T" if turned else ", one row for each measurement"
+        hint = f": one row for each {each}, {argument}.T" if turned else f", one row for each {each}"
         raise FormatError("wrong shape", argument=argument, found=out.shape, expected=f"{shape}{hint}")
     if not len(out):
         raise FormatError("no rows", argument=argument, found=out.shape, expected=f"{shape}, at least one row")
@@ -111,7 +112,7 @@ def rotations(given: Any, argument: str, rows: int | None = None) -> Array:
 
 
 def quaternions(given: ArrayLike, order: str | None, rows: int | None = None) -> Array:
-    """Rotation matrices (m, 3, 3) of unit quaternions (m, 4) in an order that is stated. Raises FormatError."""
+    """Unit quaternions (m, 4), scalar last, of such in an order that is stated. Raises FormatError."""
     known = " or ".join(f'"{o}"' for o in ORDERS)
     if order is None:
         expected = f"{known}: where the scalar w stands (last in scipy and ROS, first in ABB and Eigen's constructor)"
@@ -130,7 +131,7 @@ def quaternions(given: ArrayLike, order: str | None, rows: int | None = None) ->
         at = int(off.argmax())
         found, expected = f"norm {size[at]:.4g} at [{at}]", "unit quaternions: divide each by its norm"
         raise FormatError("this is no unit quaternion", argument="quaternion", found=found, expected=expected)
-    return rotation_of(q[:, ORDERS[order]] / size[:, None])
+    return np.asarray(q[:, ORDERS[order]] / size[:, None])
 
 
 def transforms(given: ArrayLike, argument: str, rows: int | None = None) -> tuple[Array, Array]:

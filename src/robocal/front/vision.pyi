@@ -249,7 +249,7 @@ def hand_eye(
 
     Takes
     corners: A folder of images, corners.csv of rc.camera.detect, or a CSV of poses of a target: x, y, z, qx, qy, qz, qw.
-    robot: The robot's poses, flange in base: a CSV, or a folder with a YAML file for each.
+    robot: The robot's poses, flange in base: a CSV, or a folder with a YAML file for each; or rc.table(...).
     camera: Where the camera is: in the hand, or fixed beside the robot.  [default: 'hand']
     lens: The lens of the images: lens.yaml, or a file of OpenCV, ROS, Kalibr or a depth camera.
     rig: Cameras that are bolted to the one in the hand: a YAML file with the corners, lens and place of each.
@@ -365,7 +365,7 @@ def require(
     Every second marker is raised by height=. survey= says to what each marker's place is measured by other means.
 
     Takes
-    poses: CSV of places of the camera in the frame of the map: x, y, z and rx, ry, rz, or qx to qw; z looks ahead.
+    poses: CSV of places of the camera in the frame of the map: x, y, z and rx, ry, rz, or qx to qw; z looks ahead; or rc.table(...).
     lens: The lens of the camera: lens.yaml, or a file of OpenCV, ROS or Kalibr.
     map: Where the markers will be: map.yaml, or a file of TagSLAM, MarkerMapper or PLY.
     grid: Number of markers along x and y, in place of map=.
