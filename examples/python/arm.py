@@ -11,5 +11,4 @@ found = rc.identify(arm, data)
 print(found)
 print(found.verdict, found.covariance.names, found.covariance.matrix.shape)
 print(found.parameters["identified"], found.residuals["after_mm"])  # columns that any data frame takes
-found.plot("errors").save("errors.svg")
-found.report("arm.html")
+print(found.plot("errors").save(laboratory.OUT / "errors.svg"), found.report(laboratory.OUT / "arm.html"))

@@ -6,19 +6,9 @@ import robocal as rc
 
 lengths, position, quaternion = laboratory.cables()
 robot = rc.cable.robot(frame_anchors=laboratory.FRAME, platform_anchors=laboratory.PLATFORM)
-data = rc.measurements(
-    lengths=lengths,
-    length_sigma=5e-4,
-    position=position,
-    sigma=2e-4,
-    quaternion=quaternion,
-    quaternion_order="xyzw",
-    turn_sigma=2e-4,
-)
-found = rc.identify(
-    robot, data, fix="measurements"
-)  # the tracker's frame is that of the base; without fix= it stands anywhere
+seen = {"position": position, "quaternion": quaternion}
+data = rc.measurements(lengths=lengths, **seen, quaternion_order="xyzw", length_sigma=5e-4, sigma=2e-4, turn_sigma=2e-4)
+found = rc.identify(robot, data, fix="measurements")  # the tracker stands at the base; without fix= anywhere
 print(found)
 print(found.verdict, found.covariance.of("c1.ax", "c1.ay", "c1.az"))
-found.plot("errors").save("cables.svg")
-found.save("cables-run")
+print(found.plot("errors").save(laboratory.OUT / "cables.svg"), found.save(laboratory.OUT / "run")[0])

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import tempfile
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,6 +16,7 @@ DH = np.array([
     [0, 0.1625, 0, np.pi / 2], [0, 0, -0.425, 0], [0, 0, -0.3922, 0],
     [0, 0.1333, 0, np.pi / 2], [0, 0.0997, 0, -np.pi / 2], [0, 0.0996, 0, 0],
 ])  # fmt: skip
+OUT = Path(tempfile.mkdtemp(prefix="laboratory"))  # where the examples write
 COLUMNS = ("theta", "d", "a", "alpha")
 FRAME = np.array([[x, y, z] for x in (-2.0, 2.0) for y in (-1.5, 1.5) for z in (0.2, 2.5)])
 PLATFORM = np.array([[x, y, z] for x in (-0.2, 0.2) for y in (-0.2, 0.2) for z in (0.15, -0.15)])

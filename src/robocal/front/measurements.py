@@ -155,6 +155,13 @@ def measurements(
     if turn_sigma is not None:
         _need("turn_sigma", turned, ", ".join(f"{t}=" for t in TURNS))
         seen |= _three("sr", shapes.spread(turn_sigma, "turn_sigma", m, 3), turn)
+    if turned is not None and (sigma is None) != (turn_sigma is None):
+        lacking = "sigma" if sigma is None else "turn_sigma"
+        raise FormatError(
+            "only one of two standard deviations is stated",
+            argument=lacking,
+            expected="both, or neither (then estimated)",
+        )
     if place is None and what == "joints":
         expected = f"position= ({m}, 3), or pose= ({m}, 4, 4)"
         raise FormatError("nothing was measured at these joints", argument="position", expected=expected)
@@ -273,7 +280,7 @@ def _further(columns: Any, m: int, taken: Mapping[str, object]) -> Iterator[tupl
         given = shapes.unmasked(values, argument)
         if given.shape != (m,):
             raise FormatError("wrong shape", argument=argument, found=given.shape, expected=f"({m},)")
-        if name in taken or name in {t.partition(" [")[0] for t in taken}:
+        if str(name).partition(" [")[0] in {t.partition(" [")[0] for t in taken}:
             raise FormatError("this column stands there already", argument=argument, expected="another header")
         yield str(name), given
 

@@ -6,10 +6,10 @@ import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from robocal._record import record
+from robocal._record import record, replace
 from robocal.errors import ModelError, one_of
 from robocal.files.writing import write_text
-from robocal.report.page import standalone
+from robocal.report.page import pictures, standalone
 from robocal.report.sections import Block, Detail, Figure, Folded, Pair, Section
 
 __all__ = ["Plot", "choose_plot", "figures"]
@@ -44,7 +44,7 @@ def figures(told: Iterable[Section]) -> Iterator[tuple[str, Figure]]:
     """Every figure of a page with its name: that of its section, from the second one on with a number."""
     seen: dict[str, int] = {}
     for section in told:
-        for figure in _inside(section.blocks):
+        for figure in (replace(f, svg=svg) for f in _inside(section.blocks) for svg in pictures(f.svg)):
             stem = (section.key or "figure").replace("-", "_")
             seen[stem] = seen.get(stem, 0) + 1
             yield stem if seen[stem] == 1 else f"{stem}_{seen[stem]}", figure
