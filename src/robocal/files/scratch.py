@@ -11,7 +11,7 @@ from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
 
-__all__ = ["is_kept", "keep_file", "scratch_files"]
+__all__ = ["is_scratch", "keep_file", "scratch_files"]
 
 
 @contextmanager
@@ -34,7 +34,7 @@ def keep_file(name: str, text: str, *, alone: bool = False) -> Path:
     return place
 
 
-def is_kept(path: object) -> bool:
+def is_scratch(path: object) -> bool:
     """Whether a file is one that `keep_file` made."""
     return str(path).startswith(str(_folder()) + os.sep)
 

@@ -8,7 +8,7 @@ from functools import wraps
 from typing import Any, ParamSpec, TypeVar
 
 from robocal.errors import InputError, ModelError, nearest
-from robocal.files.scratch import is_kept
+from robocal.files.scratch import is_scratch
 from robocal.front.spelling import python_error
 
 __all__ = ["locate_argument", "named_arguments", "refuse_unknown"]
@@ -48,7 +48,7 @@ def locate_argument(error: InputError, given: Mapping[str, Any]) -> InputError:
     """The same error at the argument that holds what was wrong, where that is no file of the caller's.
 
     `given` are values by argument: what one of them holds is in a file that only this program has, or is the word that was found."""
-    kept = error.file is not None and is_kept(error.file)
+    kept = error.file is not None and is_scratch(error.file)
     if error.argument is None:
         owners = (name for name, value in given.items() if _owns(value, error, kept))
         error.argument = next(owners, None)

@@ -24,7 +24,7 @@ from robocal.files.cable.cablefile import CableFile
 from robocal.front import shapes
 from robocal.front.arguments import named_arguments
 from robocal.front.calls import call
-from robocal.front.robots import held_file, opened_name, without_file
+from robocal.front.robots import path_text, robot_file, without_file
 from robocal.session.cable.statics_options import mass_of, robot_with_limits
 
 __all__ = ["CableArm", "robot"]
@@ -47,6 +47,11 @@ class CableArm:
     def cables(self) -> tuple[str, ...]:
         """Names of the cables."""
         return self.model.robot.cables
+
+    @property
+    def coordinates(self) -> tuple[str, tuple[str, ...]]:
+        """What measurements of it are made at, an argument of `rc.measurements`, and the names of its columns."""
+        return "lengths", self.cables
 
     @named_arguments
     def inverse(self, poses: ArrayLike, *, tension: ArrayLike | None = None, sag: bool = False) -> Array:
@@ -177,7 +182,7 @@ def robot(
                 "this stands in place of a file", argument=there[0], expected="source alone, or arrays alone"
             )
         if not isinstance(source, Mapping):
-            opened = opened_name(source)
+            opened = path_text(source)
             return CableArm(opened, read_cable(opened))
         made: Mapping[str, Any] = {"kind": "cable"} | dict(source)
         argument = "source"
@@ -190,7 +195,7 @@ def robot(
             **{k: v for k, v in further.items() if v is not None}, "calibrate": free,
         }  # fmt: skip
         argument = "frame_anchors"
-    opened = held_file(made, argument)
+    opened = robot_file(made, argument)
     try:
         return CableArm(opened, read_cable(opened))
     except InputError as error:

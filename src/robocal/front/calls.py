@@ -124,28 +124,22 @@ def _bind(
 
 def require_same_machine(given: Mapping[str, Any]) -> None:
     """Raises FormatError for measurements of an arm beside a cable robot, or of another number of joints or cables."""
-    robot, data = given.get("robot"), given.get("data")
-    moved = robot.joints if isinstance(robot, Arm) else getattr(robot, "cables", None)
-    if moved is None:
+    coordinates, data = getattr(given.get("robot"), "coordinates", None), given.get("data")
+    if coordinates is None:
         return
-    needed = "joints" if isinstance(robot, Arm) else "lengths"
+    needed, names = coordinates
     for one in data if isinstance(data, list | tuple) else (data,):
         if not isinstance(one, Measurements) or not one.of:
             continue
         if one.of != needed:
-            what = "an arm" if needed == "joints" else "a cable robot"
             expected = f"rc.measurements({'' if needed == 'joints' else 'lengths='}{needed}, ...)"
-            raise FormatError(f"{what} has no {one.of}", argument="data", found=f"{one.of}=", expected=expected)
-        if len(one.moved) != len(moved):
-            expected = f"(m, {len(moved)}): {', '.join(moved)}"
+            raise FormatError(f"this robot has no {one.of}", argument="data", found=f"{one.of}=", expected=expected)
+        if len(one.moved) != len(names):
+            expected = f"(m, {len(names)}): {', '.join(names)}"
             raise FormatError("wrong number of columns", argument=needed, found=len(one.moved), expected=expected)
-        if needed == "lengths" and set(one.moved) != set(moved):
-            raise FormatError(
-                "these are not the cables of the robot",
-                argument="cables",
-                found=", ".join(one.moved),
-                expected=", ".join(moved),
-            )
+        if needed == "lengths" and set(one.moved) != set(names):
+            message, found = "these are not the cables of the robot", ", ".join(one.moved)
+            raise FormatError(message, argument="cables", found=found, expected=", ".join(names))
 
 
 def _links(given: dict[str, Any], told: dict[str, OptionField]) -> dict[str, Any]:

@@ -14,14 +14,14 @@ from robocal._types import Array
 from robocal.arms.conventions import CONVENTIONS
 from robocal.errors import FormatError, InputError, ModelError, nearest, one_of
 from robocal.files.robot import Robot
-from robocal.files.scratch import is_kept, keep_file
+from robocal.files.scratch import is_scratch, keep_file
 from robocal.files.yamlio import mapping_text
 from robocal.front import shapes
 from robocal.front.arguments import locate_argument, named_arguments
 from robocal.remarks.remark import Remark
 from robocal.session.inputs import open_arm
 
-__all__ = ["Arm", "held_file", "opened_name", "robot"]
+__all__ = ["Arm", "path_text", "robot", "robot_file"]
 
 TYPES = {"R": "revolute", "P": "prismatic", "F": "fixed"}
 SINGLE = ("angle", "length")  # quantities of a table: one number for each joint
@@ -41,6 +41,11 @@ class Arm:
         """Names of the joints from base to tool."""
         return self.model.chain.joint_names
 
+    @property
+    def coordinates(self) -> tuple[str, tuple[str, ...]]:
+        """What measurements of it are made at, an argument of `rc.measurements`, and the names of its columns."""
+        return "joints", self.joints
+
     def pose(self, joints: ArrayLike) -> Array:
         """Tool poses in base coordinates, (m, 4, 4) in m, at joint values (m, n) in rad or m."""
         n = len(self.joints)
@@ -52,7 +57,9 @@ class Arm:
     def __repr__(self) -> str:
         free = len(self.model.chain.table.free)
         head = f"{self.model.name}: {len(self.joints)} joints, {self.model.convention}, {free} parameters to identify"
-        return "\n".join((head, *(f"  {doubt}" for doubt in doubts(self.opened, self.model.warnings))))
+        return "\n".join(
+            (head, *(f"  {doubt}" for doubt in warning_sentences(self.model.name, self.opened, self.model.warnings)))
+        )
 
 
 @named_arguments
@@ -115,7 +122,7 @@ def robot(
         made: Mapping[str, Any] = ({"name": name} if name else {}) | dict(source)
     else:
         made = _of_table(source, convention, columns, units, types, name or "robot")
-    opened = held_file(made, "source")
+    opened = robot_file(made, "source")
     try:
         return Arm(opened, None, None, open_arm(opened))
     except InputError as error:
@@ -213,13 +220,14 @@ def _types(types: str | Sequence[str] | None, n: int) -> list[str]:
     return given
 
 
-def doubts(opened: str, warnings: Sequence[Remark]) -> list[str]:
+def warning_sentences(name: str, opened: str, warnings: Sequence[Remark]) -> list[str]:
     """What is odd about a robot, in sentences that name no file which only this program has."""
-    own = f"{opened}: " if is_kept(opened) else ""
-    return [w.sentence.replace(own, "", 1) if own else w.sentence for w in warnings]
+    if is_scratch(opened):
+        warnings = [Remark(w.code, tuple((k, name if k == "file" else v) for k, v in w.items)) for w in warnings]
+    return [w.sentence for w in warnings]
 
 
-def held_file(made: Mapping[str, Any], argument: str, name: str = "robot") -> str:
+def robot_file(made: Mapping[str, Any], argument: str, name: str = "robot") -> str:
     """The path of a file with what a mapping says, as long as the program runs. Raises FormatError for values that no file can hold."""
     try:
         text = mapping_text({"robocal": 1} | dict(made))
@@ -237,7 +245,7 @@ def without_file(error: InputError, argument: str) -> InputError:
     return type(error)(error.message, argument=argument, **facts)
 
 
-def opened_name(name: Any) -> str:
+def path_text(name: Any) -> str:
     """A path as text. Raises ModelError for anything else."""
     if not isinstance(name, str | os.PathLike):
         expected = "a path, a mapping, or frame_anchors= and platform_anchors="

@@ -21,8 +21,14 @@ from robocal.files.runfolder import obstacle
 from robocal.files.writing import write_text
 from robocal.fit.estimators import estimator
 from robocal.front.cell import cell
-from robocal.front.columns import Covariance, ParameterColumns, ResidualColumns, parameter_columns, residual_columns
 from robocal.front.plots import Plot, choose_plot, figures
+from robocal.front.result_columns import (
+    Covariance,
+    ParameterColumns,
+    ResidualColumns,
+    parameter_columns,
+    residual_columns,
+)
 from robocal.front.spelling import PythonRemark, python_message, python_sections
 from robocal.measure.reach import reach
 from robocal.quantities import Listing
