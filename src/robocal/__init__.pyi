@@ -181,12 +181,13 @@ def export(
     tip: str | None = None,
     watch: _Watch | None = None,
 ) -> Found[_export_Exported]:
-    """Write a robot model as robot.yaml, URDF, a table of its parameters, or joint offsets for a controller.
+    """Write a robot model as robot.yaml, URDF, a table of its parameters, joint offsets for a controller, or
+    a model for MuJoCo.
 
     Takes
     robot: A robot file, a catalogue name, or a run folder; or rc.robot(...), rc.cable.robot(...).
     output: Write here, not to the terminal.
-    form: yaml, urdf, dh (a table with Hayati's beta), csv or markdown (the parameters), offsets of the joints: offsets (CSV), ros (parameters), xacro (properties).  [default: 'yaml']
+    form: yaml, urdf, dh (a table with Hayati's beta), csv or markdown (the parameters), offsets of the joints: offsets (CSV), ros (parameters), xacro (properties); of cable robots mjcf (MuJoCo's model).  [default: 'yaml']
     nominal: The robot to which offsets are added; a run folder contains it.
     into: With form='urdf': this URDF with calibrated origins; every other byte stays.
     force: Replace files that exist.
@@ -577,8 +578,9 @@ def verify(
     after the best alignment.
 
     Files of poses are CSV whose headers carry units (id, x [mm], ..., rx [deg], ...), or data.yaml with kind: pose and any
-    form of orientation. For two sources and a reference, the report shows which of them agree. It also tests whether
-    means of errors differ (one-way analysis of variance).
+    form of orientation, or with kind: position and three targets or more on the platform. For two sources and a
+    reference, the report shows which of them agree. It also tests whether means of errors differ (one-way analysis of
+    variance).
 
     Takes
     reference: The poses of the external instrument; with summary=True a table of groups.

@@ -298,6 +298,9 @@ topic("Poses beside poses, and corrections")
 LIKE_POSITIONS = limit(0.1, "of their spread", "Farther apart after the best alignment, poses are not of the same places.")
 LIKE_TURNS = limit(0.5, "of their spread", "The same of orientations.")
 LIKE_TURNS_LEAST = limit(math.radians(3.0), "rad", "The same of orientations that hardly differ.")
+POINTS_ELSEWHERE = limit(0.2, "of the farthest distance of two points",
+    "Places on a body are known better; another unit or two exchanged points are farther off.")
+POINTS_DISAGREE = limit(1e-3, "chance", "Of leaving any honest pose out, of all poses of a file.")
 LIKE_EXPLAINS = limit(0.3, "of what is left", "A cause leaves less.")
 SINGULAR_BELOW = limit(0.01, "ratio of singular values", "About 1.5 deg from a stretched wrist: small errors ask for large turns.")
 LENGTHS_UNLIKELY = limit(1e-6, "chance",

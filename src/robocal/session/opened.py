@@ -173,6 +173,13 @@ class Opened(Generic[M]):
         """The machine as a robot.yaml."""
         return parameter_text(self.file, {})
 
+    def export(self, form: str) -> tuple[str | list[list[str]], tuple[Remark, ...]]:
+        """The machine in a form for another program: a text, or the rows of a table below their header; and what is to be said of it.
+        Raises ModelError for a form that it has not."""
+        if form == "yaml":
+            return self.yaml, ()
+        raise ModelError("this form is for arms", key="--format", found=form, expected="yaml")
+
     def render(self, found: Identification[M]) -> Rendered:
         """The text of the machine's file with what was identified."""
         values = {p.name: p.value for p in found.corrected.table.rows}

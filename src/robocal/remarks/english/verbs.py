@@ -42,6 +42,22 @@ class UseRemarks:
         "{count} poses are not in all files and are left out: {both} are compared",
         "Check the ids if this was not intended.",
     )
+    POSES_FROM_POINTS = Phrase(
+        "{file}: {count} poses from points; their median standard deviation is {position:.2g} and {orientation:.2g}"
+    )
+    POINTS_TOO_FEW = Phrase(
+        "{file}: {count} poses are left out, such as {one}: it has {found} points, or they are on one line",
+        "Measure {least} points of each, not on one line.",
+    )
+    POINTS_APART = Phrase(
+        "{file}: {count} poses are left out, whose points lie to each other otherwise than those of the other poses: {point} of {one} is "
+        "{far:.2g} from where the others put it",
+        "Measure them again, or leave such points out (exclude).",
+    )
+    POINTS_WITHOUT_PLACES = Phrase(
+        "{file}: nothing says where the points are on the body: the poses are those of their middle, in the axes of the first row",
+        "State xyz of every target. Or look at the view that aligns another point.",
+    )
     NO_LENGTHS = Phrase(
         "no lengths were measured, and a model is validated in lengths",
         "Give measurements of positions, poses or distances.",
@@ -104,6 +120,10 @@ class UseRemarks:
     LOW_DEXTERITY = Phrase("dexterity {dexterity:.2g}, below {least:g}")
     ORIENTATION_RELAXED = Phrase("position exact, orientation off by {angle:.3g}")
     URDF_CANNOT_HOLD = Phrase("a URDF cannot hold the fitted {names}", "--format yaml holds them.")
+    INERTIA_ASSUMED = Phrase(
+        "the inertia of the platform is not known: that of a box around its anchors is written",
+        "State inertia in the robot's file, under platform.",
+    )
     BEYOND_LEFT_OUT = Phrase("non-geometric effects are left out: {groups}", "--format yaml holds them.")
     WORTH_ALONE = Phrase(
         "{what}: {nominal:.3g~} to {alone:.3g}, the whole model {whole:.3g} (mean error on {data} from the nominal robot, "

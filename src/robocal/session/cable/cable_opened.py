@@ -239,6 +239,20 @@ class OpenedCable(Opened[CableRobot]):
         """The robot as a robot.yaml."""
         return self.file.text if self.file.format == "yaml" else describe_cable(self.file.robot, self.file.units)
 
+    def export(self, form: str) -> tuple[str | list[list[str]], tuple[Remark, ...]]:
+        """The table of its cables, and a model for MuJoCo."""
+        from robocal.files.cable.cable_table import cable_rows
+        from robocal.files.cable.mjcf import mjcf
+
+        robot = self.file.robot
+        if form in ("csv", "markdown"):
+            return cable_rows(robot, self.file.units), ()
+        if form == "mjcf":
+            return mjcf(robot), (Remark.of(Code.INERTIA_ASSUMED),) if robot.inertia is None else ()
+        if form == "yaml":
+            return super().export(form)
+        raise ModelError("this form is for arms", key="--format", found=form, expected="yaml, mjcf, csv or markdown")
+
     def render(self, found: Identification[CableRobot]) -> Rendered:
         """Its file with what was identified, the platform's weight too."""
         values, beyond = of_file(found, {p.name: p.value for p in found.corrected.table.rows})

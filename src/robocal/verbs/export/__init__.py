@@ -15,18 +15,20 @@ if TYPE_CHECKING:
 
 __all__ = ["FORMATS", "Options", "run", "sections"]
 
-FORMATS = ("yaml", "urdf", "dh", "csv", "markdown", "offsets", "ros", "xacro")
+FORMATS = ("yaml", "urdf", "dh", "csv", "markdown", "offsets", "ros", "xacro", "mjcf")
 
 
 @record
 class Options(BaseOptions):
-    """Write a robot model as robot.yaml, URDF, a table of its parameters, or joint offsets for a controller.
+    """Write a robot model as robot.yaml, URDF, a table of its parameters, joint offsets for a controller, or
+    a model for MuJoCo.
 
     \b
     robocal export run --format offsets
     robocal export run --format urdf -o calibrated.urdf
     robocal export run --format urdf --into robot.urdf -o calibrated.urdf
     robocal export ur10 --format markdown
+    robocal export cable_robot.yaml --format mjcf -o robot.xml
     """
 
     robot: w.AnyRobot
@@ -34,7 +36,7 @@ class Options(BaseOptions):
     form: str = option(
         "yaml",
         "yaml, urdf, dh (a table with Hayati's beta), csv or markdown (the parameters), offsets of the joints: "
-        "offsets (CSV), ros (parameters), xacro (properties)",
+        "offsets (CSV), ros (parameters), xacro (properties); of cable robots mjcf (MuJoCo's model)",
         "FORMAT",
         name="--format",
         choices=FORMATS,

@@ -38,6 +38,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.session.arm import OpenedArm
 from robocal.session.inputs import choose, open_machine
+from robocal.session.opened import Opened
 from robocal.session.reference import nominal_chain, run_cautions, run_result
 
 __all__ = ["Exported", "export_robot", "parameter_table"]
@@ -64,9 +65,11 @@ def export_robot(o: Any) -> Exported:
     robot, form, into = o.robot, o.form, o.into
     links = {"base": o.base, "tip": o.tip}  # of that URDF, where there is one
     opened = open_machine(robot, **(links if into is None else {}))
-    if opened.arm is None and form == "yaml":
-        return Exported(opened.yaml, run_cautions(robot))
-    arm = opened.need_arm("an arm, or --format yaml")
+    if opened.arm is None:
+        return _of_another(opened, o)
+    arm = opened.arm
+    if form == "mjcf":
+        raise ModelError("this form is for cable robots", key="--format", found=form, expected="yaml or urdf")
     notes: tuple[Remark, ...] = ()
     held: Chain | None = None  # the robot that the file describes, where that is not the whole model
     worth: Remark | None = None
@@ -87,8 +90,7 @@ def export_robot(o: Any) -> Exported:
     elif form in OFFSETS:
         text, worth = offset_text(robot, arm, o.nominal, form)
     else:
-        table = parameter_table(arm)
-        text = csv_text(table[0], table[1:]) if form == "csv" else _markdown(table)
+        text = _table_text(parameter_table(arm), form)
     if form in (*OFFSETS, "csv", "markdown"):
         notes = (*notes, *_beyond(arm.chain))
         if form not in OFFSETS and _beyond(arm.chain):
@@ -97,6 +99,16 @@ def export_robot(o: Any) -> Exported:
     if held is not None:
         worth = worth_of(robot, arm, held)
     return Exported(text, (*run_cautions(robot), *told, *notes), worth)
+
+
+def _of_another(opened: Opened[Any], o: Any) -> Exported:
+    """A machine that is no arm in another form. Raises ModelError for a form and for options that are for arms."""
+    given = next((n for n in ("into", "nominal", "base", "tip") if getattr(o, n) is not None), None)
+    if given is not None:
+        found, expected = opened.name, f"nothing, for a {opened.noun}"
+        raise ModelError("this option is for arms", key=f"--{given}", found=found, expected=expected)
+    made, notes = opened.export(o.form)
+    return Exported(made if isinstance(made, str) else _table_text(made, o.form), (*run_cautions(o.robot), *notes))
 
 
 def _beyond(chain: Chain) -> tuple[Remark, ...]:
@@ -146,6 +158,11 @@ def _parameter_list(robot: Robot) -> list[list[str]]:
         ["parameter", "value", "unit"],
         *([p.name, number(robot.units.of(p.unit).from_si(p.value)), robot.units.of(p.unit).name] for p in table.rows),
     ]
+
+
+def _table_text(table: list[list[str]], form: str) -> str:
+    """A table as CSV or for people."""
+    return csv_text(table[0], table[1:]) if form == "csv" else _markdown(table)
 
 
 def _markdown(table: list[list[str]]) -> str:

@@ -27,8 +27,9 @@ class Options(BaseOptions):
     after the best alignment.
 
     Files of poses are CSV whose headers carry units (id, x [mm], ..., rx [deg], ...), or data.yaml with kind: pose and any
-    form of orientation. For two sources and a reference, the report shows which of them agree. It also tests whether
-    means of errors differ (one-way analysis of variance).
+    form of orientation, or with kind: position and three targets or more on the platform. For two sources and a
+    reference, the report shows which of them agree. It also tests whether means of errors differ (one-way analysis of
+    variance).
 
     \b
     robocal verify tracker.csv robot.csv

@@ -39,6 +39,7 @@ from robocal.measure.machine import Rig
 from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
+from robocal.session.measured_points import poses_of_points
 from robocal.session.verb_base import VerbResult
 
 __all__ = ["VIEWS", "AnovaResult", "PoseSource", "Verified", "summarise_groups", "verify_sources"]
@@ -216,25 +217,36 @@ def _of(groups: Sequence[Array]) -> Anova:
 def _read(place: str) -> tuple[PoseSource, tuple[InputFile, ...], tuple[Remark, ...]]:
     reading = read_datasets([place], Rig())
     seen = reading.dataset.observations
+    if len(seen) == 1 and seen[0].kind == "position" and seen[0].target is not None:
+        made = poses_of_points(reading.dataset, place)
+        source = PoseSource(Path(place).stem, made.ids, _near(made.poses, made.ids, place), made.groups)
+        return source, reading.files, (*reading.warnings, *made.remarks)
     if len(seen) != 1 or seen[0].kind != "pose":
         kinds = ", ".join(dict.fromkeys(o.kind for o in seen))
         message = "only poses are compared, and this file has another kind"
-        raise FormatError(message, file=place, key="kind", found=kinds, expected="pose")
+        raise FormatError(
+            message, file=place, key="kind", found=kinds, expected="pose, or position with three targets or more"
+        )
     obs = seen[0]
     ids = tuple(reading.dataset.configurations.ids[c] for c in obs.configuration)
     if len(set(ids)) < len(ids):
         again, expected = Counter(ids).most_common(1)[0][0], "one row for each id"
         raise FormatError("two poses have the same id", file=place, key=ID, found=again, expected=expected)
-    away = np.abs(obs.value[:, :3]).max(axis=1)
-    if (far := away > FARTHEST).any():
-        at, expected = int(np.argmax(far)), f"below {FARTHEST:.0e} m"
-        message = "a position too far away for any machine"
-        raise FormatError(message, file=place, key=ids[at], found=f"{away[at]:.3g} m", expected=expected)
     values, files, warnings = obs.value, reading.files, reading.warnings
     of = reading.dataset.configurations.groups
     groups = None if of is None else tuple([of[c] for c in obs.configuration])
     del reading, seen, obs  # what else was read of many rows goes before their poses come
-    return PoseSource(Path(place).stem, ids, se3.from_vector(values), groups), files, warnings
+    return PoseSource(Path(place).stem, ids, _near(se3.from_vector(values), ids, place), groups), files, warnings
+
+
+def _near(poses: Array, ids: tuple[str, ...], place: str) -> Array:
+    """The same poses. Raises FormatError for one that no machine reaches."""
+    away = np.abs(poses[:, :3, 3]).max(axis=1)
+    if (far := away > FARTHEST).any():
+        at, expected = int(np.argmax(far)), f"below {FARTHEST:.0e} m"
+        message = "a position too far away for any machine"
+        raise FormatError(message, file=place, key=ids[at], found=f"{away[at]:.3g} m", expected=expected)
+    return poses
 
 
 def _common(every: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
