@@ -145,6 +145,7 @@ ARRAYS: dict[str, tuple[Call, str, str]] = {
 }  # fmt: skip
 VERBS: dict[str, tuple[Call, str, str]] = {
     "arrays alone": (lambda s: rc.identify(s.arm, (s.q, s.p)), "data", "rc.measurements(joints, position=...)"),
+    "one array": (lambda s: rc.identify(s.arm, s.q), "data", "found 'ndarray'"),
     "a mapping": (lambda s: rc.identify(s.arm, {"q": s.q}), "data", "rc.measurements"),
     "no robot": (lambda s: rc.identify(None, made(position=s.p)), "robot", "rc.robot(...)"),
     "an array as robot": (lambda s: rc.identify(TABLE, made(position=s.p)), "robot", "rc.robot(...)"),

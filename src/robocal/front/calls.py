@@ -159,7 +159,8 @@ def _links(given: dict[str, Any], told: dict[str, OptionField]) -> dict[str, Any
 def _value(entry: OptionField, given: Any) -> Any:
     """A value as the options want it: words and numbers as they are; several in a tuple; robots, tables and runs as files."""
     if entry.several:
-        alone = not isinstance(given, Iterable) or isinstance(given, str | os.PathLike | Found | Mapping)
+        table = hasattr(given, "__array__") or hasattr(given, "__dataframe__")
+        alone = table or not isinstance(given, Iterable) or isinstance(given, str | os.PathLike | Found | Mapping)
         words = (given,) if alone else given
         # Of a cable robot lengths and poses are two tables.
         each = (f for v in words for f in (v.files if isinstance(v, Measurements) else (v,)))
