@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 FOLDER = Path(__file__).parents[2] / "examples" / "python"
-SCRIPTS = ("arm", "cables")
+SCRIPTS = ("arm_from_arrays", "cables_from_arrays")
 
 
 @pytest.mark.parametrize("name", SCRIPTS)
