@@ -3,7 +3,8 @@
 Independent of robocal's estimators: the information of all corners, lengths and stated priors at the truth, from differences of a camera
 and of cable lengths that are written here. Errors are drawn from its inverse (Cramer and Rao) and judged as `thesis_rig.py` judges a run;
 verification poses are solved from lengths with new noise. Of the median over seeds it tells the range that chance leaves, and how
-often a best estimate would be at most what was asked. --floor states beside it that markers lie on a flat floor: heights within
+often a best estimate would be at most what was asked. --slip tells the least slip of a cable that these data can show: a step of one
+cable's readings from a pose on is one more unknown. --floor states beside it that markers lie on a flat floor: heights within
 1.5 mm and tilts within 0.3 deg, as the rig's file draws them.
 """
 
@@ -17,6 +18,7 @@ import numpy as np
 import scipy.linalg
 from ruamel.yaml import YAML
 from scipy.spatial.transform import Rotation
+from scipy.stats import norm
 
 sys.path.insert(0, str(Path(__file__).parent))
 import thesis_rig
@@ -24,6 +26,11 @@ import thesis_rig
 STEP = 1e-6  # of differences, m and rad
 LENS, EYE, SIZE, ANCHORS, ZEROS, MARKERS = 0, 8, 14, 15, 39, 47  # where unknowns begin; poses stand behind the markers
 DRAWS = 100
+EDGE = 5  # poses on either side of a slip
+Z_TOLD, Z_SURE = (
+    4.9,
+    1.645,
+)  # sigma: chance puts 1e-6 beyond, as `SEGMENT_CHANCE` asks; of a slip that is told 19 times of 20
 
 
 def turned(t, step):
@@ -84,8 +91,9 @@ def by_lengths(said, rig, poses, tension):
     return np.concatenate([along, np.cross(b, along)], axis=-1), -along, sigma
 
 
-def foretell(said, seed, case, floor, least):
-    """Every figure in draws, by name (DRAWS,)."""
+def inform(said, seed, case, floor, least):
+    """What all corners, lengths and priors say at the truth, I (n, n); the columns of lengths (k, 8, n) over their sigma (k, 8), that; and
+    the rig, which markers are seen, and their seats."""
     rig, _, camera = thesis_rig.draw(said, seed, case)
     many = np.bincount([m for _, m, _ in rig.seen], minlength=len(rig.markers))
     rig.seen = [s for s in rig.seen if many[s[1]] >= least]
@@ -110,7 +118,8 @@ def foretell(said, seed, case, floor, least):
         b[:, c, ANCHORS + 3 * c : ANCHORS + 3 * c + 3], b[:, c, ZEROS + c] = to_anchor[:, c], -1
     for k in range(many):
         b[k, :, poses + 6 * k : poses + 6 * k + 6] = to_pose[k]
-    b = (b / sigma[..., None]).reshape(-1, last)
+    by_cable = b / sigma[..., None]
+    b = by_cable.reshape(-1, last)
     prior, wide = np.full(last, np.inf), said["prior_used"]
     prior[LENS:EYE] = [wide["focal_and_centre_px"]] * 4 + [wide["distortion"]] * 4
     if case == "tight":
@@ -120,7 +129,13 @@ def foretell(said, seed, case, floor, least):
     if floor:
         for at in range(MARKERS, poses, 6):
             prior[at + 2], prior[at + 3 : at + 5] = said["markers"]["height_sd"], np.deg2rad(said["markers"]["tilt_sd"])
-    information = a.T @ a + b.T @ b + np.diag(1 / prior**2)
+    return a.T @ a + b.T @ b + np.diag(1 / prior**2), by_cable, sigma, rig, used, seat
+
+
+def foretell(said, seed, case, floor, least):
+    """Every figure in draws, by name (DRAWS,)."""
+    information, _, _, rig, used, seat = inform(said, seed, case, floor, least)
+    many, last = said["poses"]["calibration"], len(information)
     scale = 1 / np.sqrt(np.diag(information))
     root = np.linalg.cholesky(information * np.outer(scale, scale))
     rng = np.random.default_rng(seed)
@@ -142,6 +157,45 @@ def foretell(said, seed, case, floor, least):
     return {k: np.array([r[k] for r in rows]) for k in rows[0] if k != "predicted"}
 
 
+def slips(said, seed, case, floor, least):
+    """The sigma (8, k), m, of what a cable shows more from a pose on, beside all other unknowns: 1 / sigma^2 = s's - s'B I^-1 B's."""
+    information, by_cable, noise, *_ = inform(said, seed, case, floor, least)
+    many = len(by_cable)
+    out = np.full((8, many), np.inf)
+    starts = range(EDGE, many - EDGE + 1)
+    columns, own = [], []
+    for c in range(8):
+        for k in starts:
+            columns.append((by_cable[k:, c] / noise[k:, c, None]).sum(axis=0))
+            own.append(np.sum(noise[k:, c] ** -2.0))
+    columns = np.array(columns).T
+    scale = 1 / np.sqrt(np.diag(information))
+    root = scipy.linalg.cho_factor(information * np.outer(scale, scale))
+    taken = np.sum(columns * scale[:, None] * scipy.linalg.cho_solve(root, columns * scale[:, None]), axis=0)
+    out[:, EDGE : many - EDGE + 1] = (1 / np.sqrt(np.maximum(np.array(own) - taken, 1e-12))).reshape(8, -1)
+    return out
+
+
+def tell_slips(said, given):
+    """The least slip that can be told, of every cable, from half way and at the best pose."""
+    every = np.stack([slips(said, seed, given.case, given.floor, given.least) for seed in range(given.seeds)])
+    half = every[:, :, every.shape[2] // 2]
+    told = 1e3 * (Z_TOLD + Z_SURE)
+    print(
+        f"{given.case}, {given.seeds} seeds: sigma of a slip, mm, and the least that is told 19 times of 20 ({Z_TOLD} sigma)"
+    )
+    for c in range(8):
+        best = every[:, c].min(axis=1)
+        print(
+            f"  c{c + 1}: half way {1e3 * np.median(half[:, c]):5.2f} ({told * np.median(half[:, c]):5.1f}), ", end=""
+        )
+        print(f"range of seeds {1e3 * half[:, c].min():.2f} to {1e3 * half[:, c].max():.2f}, ", end="")
+        print(f"best pose {1e3 * np.median(best):5.2f} ({told * np.median(best):5.1f})")
+    chance = norm.sf(Z_TOLD - 0.02 / half)
+    print(f"20 mm half way: told {100 * chance.mean():.0f} % of the time; by cable", end=" ")
+    print(", ".join(f"{100 * v:.0f} %" for v in chance.mean(axis=0)))
+
+
 def main():
     """Prints every seed, and the median."""
     words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -152,8 +206,14 @@ def main():
     words.add_argument(
         "--least", type=int, default=2, help="poses that see a marker, else it is left out, as `identify` does"
     )
+    words.add_argument(
+        "--slip", action="store_true", help="the least slip of a cable that can be told, and nothing else"
+    )
     given = words.parse_args()
     said = YAML(typ="safe").load(given.rig.read_text(encoding="utf-8"))
+    if given.slip:
+        tell_slips(said, given)
+        return
     draws = []
     for seed in range(given.seeds):
         draws.append(foretell(said, seed, given.case, given.floor, given.least))

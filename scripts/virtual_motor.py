@@ -21,7 +21,7 @@ import numpy as np
 
 from robocal.files.motor_simulation import MotorSimulation, read_motor_simulation
 from robocal.session.drive import drive_result
-from robocal.verbs.drive.simulate.motor_trial import MotorTrial, try_motor
+from robocal.session.drive.motor_trial import MotorTrial, try_motor
 
 GAINS = (2.0, 5.0)  # N m/rad, of the document's bounds
 

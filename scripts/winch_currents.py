@@ -3,7 +3,7 @@
 python scripts/winch_currents.py [--draws 20] [--seeds A-B] [--coverage]
 
 The robot of examples/cable-laval, its winches with friction and a torque constant that is off; lengths, a pose instrument and currents
-at 60 poses. --coverage fits once a seed.
+at 60 poses. --coverage fits once a seed, without proofs, and tells how means of six seeds scatter: errors of one cable go together.
 """
 
 from __future__ import annotations
@@ -21,8 +21,10 @@ from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.tension import distribute
 from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.write import describe_cable
+from robocal.fit.options import Options
 from robocal.geometry import se3
 from robocal.prove.identify import identify
+from robocal.prove.prove import fit_beside_baseline
 from robocal.session.inputs import read_inputs
 
 ROBOT = Path(__file__).parents[1] / "examples" / "cable-laval" / "robot.yaml"
@@ -110,12 +112,44 @@ def fit(folder: Path, nominal: CableRobot, table: str, kt: str = "prior: 0.056",
     return identify(read.opened.file.machine, read.data), read
 
 
+def coverage(first: int, last: int) -> int:
+    """How often intervals of one fit a seed hold the truth; 0 where that is 93 to 97 %."""
+    off: dict[str, list[list[float]]] = {"anchors and zeros": [], "winches": []}
+    for seed in range(first, last + 1):
+        truth, nominal, table, numbers = draw(seed)
+        with tempfile.TemporaryDirectory() as place:
+            read = read_inputs(
+                Path(place) / "robot.yaml", write(Path(place), nominal, table, "prior: 0.056", "tension: currents\n")
+            )
+            model, data = read.opened.file.machine, read.data
+            _, _, found, _ = fit_beside_baseline(model, data, np.arange(len(data.configurations)), Options(), None)
+        z = {k: [] for k in off}
+        for name, sigma in zip(found.total.names, found.total.sigma, strict=True):
+            true = numbers.get(name, truth.table[name].value if name in truth.table else None)
+            if true is not None and sigma > 0:
+                value = float(found.solution.x[0, found.problem.table.index[name]])
+                z["winches" if name in numbers else "anchors and zeros"].append((value - true) / sigma)
+        for k, values in z.items():
+            off[k].append(values)
+        print(f"seed {seed}: {[round(float(np.mean(np.abs(v) < 1.96)), 3) for v in z.values()]}", flush=True)
+    each = np.array([np.mean(np.abs(np.concatenate(v)) < 1.96) for v in zip(*off.values(), strict=True)])
+    share, spread = 100 * float(each.mean()), 100 * float(each.std())
+    told = ", ".join(f"{k} {100 * np.mean(np.abs(v) < 1.96):.1f} %, z {np.std(v):.3f}" for k, v in off.items())
+    more = f"{share:.1f} +- {spread / np.sqrt(len(each)):.1f} %: {told}; means of six seeds scatter by {spread / np.sqrt(6):.1f} %"
+    print(
+        f"{'met ' if 93 <= share <= 97 else 'OPEN'}  95 % intervals hold the truth, 93 to 97 %, {len(each)} seeds   {more}"
+    )
+    return 0 if 93 <= share <= 97 else 1
+
+
 def main(words: list[str]) -> int:
     """All seeds; 0 where everything is met."""
     draws = int(words[words.index("--draws") + 1]) if "--draws" in words else 20
     first, last = (
         (int(v) for v in words[words.index("--seeds") + 1].split("-")) if "--seeds" in words else (0, draws - 1)
     )
+    if "--coverage" in words:
+        return coverage(first, last)
     inside: dict[str, list[bool]] = {"anchors and zeros": [], "winches": []}
     better, status, gained, named = [], [], [], []
     for seed in range(first, last + 1):
@@ -123,11 +157,9 @@ def main(words: list[str]) -> int:
         with tempfile.TemporaryDirectory() as place:
             folder = Path(place)
             found, _ = fit(folder, nominal, table)
-            without = wrong = None
-            if "--coverage" not in words:
-                without, _ = fit(folder, nominal, table, tension="")
-                _, wrong_robot, wrong_table, _ = draw(seed, 0.2)
-                wrong, _ = fit(folder, wrong_robot, wrong_table, kt="free: false")
+            without, _ = fit(folder, nominal, table, tension="")
+            _, wrong_robot, wrong_table, _ = draw(seed, 0.2)
+            wrong, _ = fit(folder, wrong_robot, wrong_table, kt="free: false")
         off: dict[str, list[float]] = {"with": [], "without": []}
         for p in found.parameters:
             true = numbers.get(p.name, truth.table[p.name].value if p.name in truth.table else None)
@@ -138,13 +170,13 @@ def main(words: list[str]) -> int:
             )
             if p.name in truth.table:
                 off["with"].append(p.identified - true)
-                off["without"].append(np.inf if without is None else without.corrected.table[p.name].value - true)
+                off["without"].append(without.corrected.table[p.name].value - true)
         rms = {k: 1e3 * float(np.sqrt(np.mean(np.square(v)))) for k, v in off.items()}
         better.append(rms["with"] / rms["without"])
         status.append(found.verdict.status)
         gained.append(rms)
-        told = [] if wrong is None else [*wrong.warnings, *wrong.verdict.remarks]
-        named.append(wrong is None or any("winches.kt" in str(r) for r in told))
+        told = [*wrong.warnings, *wrong.verdict.remarks]
+        named.append(any("winches.kt" in str(r) for r in told))
         near = f"anchors {rms['with']:.2f} mm, without tensions {rms['without']:.2f} mm"
         print(f"seed {seed}: {found.verdict.status}, {near}; wrong kt named: {named[-1]}", flush=True)
     total = [i for v in inside.values() for i in v]
@@ -158,7 +190,7 @@ def main(words: list[str]) -> int:
         ("95 % intervals hold the truth, 93 to 97 %", 93 <= share <= 97, f"{share:.1f} %: {told_by}"),
         ("a torque constant 20 % off is named", all(named), f"{sum(named)} of {len(named)}"),
     )
-    for asked, met, told in lines[1:2] if "--coverage" in words else lines:
+    for asked, met, told in lines:
         print(f"{'met ' if met else 'OPEN'}  {asked:<76} {told}")
     return 0 if all(met for _, met, _ in lines) else 1
 

@@ -10,9 +10,10 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import shutil
 import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from robocal.errors import InputError
@@ -33,6 +34,15 @@ def killed_at(action: Callable[[], object], number: int) -> None:
     _child(action, stop_at=number)
 
 
+def left_before(action: Callable[[], object], folder: Path, numbers: Sequence[int], into: Path) -> list[Path]:
+    """What a command would leave of a folder if it ended before its n-th call, for several n in one run: copies that are made at that
+    moment. What the process has not handed to the system by then would be lost with it, and is in no copy."""
+    into.mkdir()
+    places = {number: into / str(number) for number in numbers}
+    _child(action, stop_at=0, look=lambda number: number in places and shutil.copytree(folder, places[number]))
+    return [places[number] for number in numbers]
+
+
 def killed_after(action: Callable[[], object], seconds: float) -> None:
     """Runs a command and kills it."""
     pid = os.fork()
@@ -50,14 +60,14 @@ def duration(action: Callable[[], object]) -> float:
     return time.perf_counter() - begun
 
 
-def _child(action: Callable[[], object], stop_at: int) -> bytes:
+def _child(action: Callable[[], object], stop_at: int, look: Callable[[int], object] = lambda number: None) -> bytes:
     read, write = os.pipe()
     pid = os.fork()
     if pid == 0:
         os.close(read)
-        made = [0]
+        made, busy = [0], []
         for name in CALLS:
-            setattr(os, name, _counted(getattr(os, name), made, stop_at))
+            setattr(os, name, _counted(getattr(os, name), made, stop_at, look, busy))
         _run(action, lambda: os.write(write, str(made[0]).encode()))
     os.close(write)
     with os.fdopen(read, "rb") as stream:
@@ -66,11 +76,15 @@ def _child(action: Callable[[], object], stop_at: int) -> bytes:
     return said
 
 
-def _counted(real, made, stop_at):
+def _counted(real, made, stop_at, look, busy):
     def call(*words, **more):
-        made[0] += 1
-        if made[0] == stop_at:
-            os._exit(137)
+        if not busy:  # what the look itself calls is not of the command
+            made[0] += 1
+            if made[0] == stop_at:
+                os._exit(137)
+            busy.append(True)
+            look(made[0])
+            busy.clear()
         return real(*words, **more)
 
     return call

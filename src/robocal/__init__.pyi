@@ -326,7 +326,7 @@ def new(
     robot: A catalogue name, a convention, cable, or the file of a robot; or rc.robot(...), rc.cable.robot(...).
     output: Folder for the files.  [default: PosixPath('.')]
     joints: How many, when ROBOT is a convention, 1 to 30.  [default: 6]
-    kind: What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, sphere, pixels.  [default: 'position']
+    kind: What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, sphere, pixels, joint_torque.  [default: 'position']
     table: Describe this table of measurements; its headers say the kind.
     listing: List the catalogue and the conventions.
     force: Replace files that exist.

@@ -34,6 +34,7 @@ FACTS = {
     *(Code.ENDED_ELSEWHERE, Code.FRAMES_NOT_CONVERGED, Code.NOT_FINITE, Code.PARTICLES_STUCK),
     *(
         Code.STRETCH_TAKEN,
+        Code.TENSIONS_FROM_CURRENTS,
         Code.SAG_TAKEN,
         Code.BEYOND_TAKEN,
         Code.ZEROS_LEFT_ASIDE,
@@ -43,6 +44,7 @@ FACTS = {
     ),
     Code.JOINT_LOADS_APART,
     *(Code.HAND_EYE_LOST,),  # beside what explains it
+    *(Code.DRIVE_GAIN_PROVEN, Code.DRIVE_GAIN_NOT_PROVEN, Code.DRIVE_REPEATED_ROWS, Code.DRIVE_TIME_ANEW),
     *(Code.LENS_GAIN_PROVEN, Code.LENS_NOT_CONVERGED, Code.POSES_WITHOUT_VIEW),
     *(
         Code.DRIVE_WINDING,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy import sparse
 from scipy.optimize import linprog
 
 from robocal.cables.statics import gravity_wrench, structure
@@ -33,16 +34,28 @@ def problem(machine, count, rng):
 
 def slack(w, load, limits):
     """By how much [N] the limits would have to give for the wrench to be balanced (negative: what is to spare): a linear program."""
-    d, m = w.shape
+    return slacks(w[None], load[None], limits)[0]
+
+
+def slacks(w, load, limits, together=50):
+    """The same of structure matrices w (k, d, m) and wrenches (k, d): programs that have nothing in common, solved some at a time, since
+    scipy takes longer to read one than HiGHS to solve it."""
+    d, m = w.shape[1:]
     ones = np.ones((m, 1))
-    answer = linprog(
-        np.r_[np.zeros(m), 1.0],
-        A_ub=np.block([[np.eye(m), -ones], [-np.eye(m), -ones]]),
-        b_ub=np.r_[limits[:, 1], -limits[:, 0]],
-        A_eq=np.c_[w, np.zeros(d)],
-        b_eq=-load,
-        bounds=[(None, None)] * (m + 1),
-        method="highs",
-    )
-    assert answer.status == 0, answer.message
-    return answer.fun
+    within = np.block([[np.eye(m), -ones], [-np.eye(m), -ones]])
+    out = []
+    for i in range(0, len(w), together):
+        some, own = w[i : i + together], load[i : i + together]
+        k = len(some)
+        answer = linprog(
+            np.tile(np.r_[np.zeros(m), 1.0], k),
+            A_ub=sparse.kron(sparse.eye_array(k), within, format="csc"),
+            b_ub=np.tile(np.r_[limits[:, 1], -limits[:, 0]], k),
+            A_eq=sparse.block_diag([np.c_[one, np.zeros(d)] for one in some], format="csc"),
+            b_eq=-own.ravel(),
+            bounds=(None, None),
+            method="highs",
+        )
+        assert answer.status == 0, answer.message
+        out.append(answer.x[m :: m + 1])
+    return np.concatenate(out)

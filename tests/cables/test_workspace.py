@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from cables.cable_robots import PUBLISHED, published
-from cables.rigs import box, poses, slack
+from cables.rigs import box, poses, slacks
 
 from robocal.cables import boundary
 from robocal.cables.boundary import first_exit, outline, rays, statics_along, surface
@@ -47,7 +47,7 @@ def test_cells_agree_with_a_linear_program(name, rng):
     pose = np.tile(np.eye(4), (300, 1, 1))
     pose[:, :3, 3] = np.stack([made.axes[i][cells[:, i]] for i in range(3)], axis=1)
     w, load = structure(pose, machine.a, machine.b), gravity_wrench(pose, machine.mass, machine.com)
-    truth = np.array([slack(w[k], load[k], machine.limits) for k in range(300)])
+    truth = slacks(w, load, machine.limits)
     sure = np.abs(truth) > 1e-6
     assert ((truth < 0) == made.inside[tuple(cells.T)])[sure].all() and sure.sum() > 295
 

@@ -67,7 +67,11 @@ def test_weight_and_both_laws_with_their_intervals(put, tmp_path):
         assert found[key][0] < truth < found[key][1], key
     assert all(v is not None for v in columns["left out, rms"])
     page = (tmp_path / "out" / "report.html").read_text()
-    assert "Elongation under loads" in page and "Sag under loads" in page and page.count("<svg") >= 3
+    assert "Elongation under loads" in page and "Sag under loads" in page and page.count("<svg") == 4
+    assert "How a level cable hangs" in page and "stretch, curve" in page
+    columns = {c["name"]: c["values"] for c in told["measured"]["columns"]}
+    printed = [0.071, 0.014, 0.007, 0.004]  # %, Table 3.2
+    np.testing.assert_allclose(columns["of the span"][:4], printed, atol=1e-3)
     assert len((tmp_path / "out" / "straightness.csv").read_text().splitlines()) == 2
 
 

@@ -1,6 +1,7 @@
 """Every verb that writes, killed while it does: the old files, the new ones, or none that anybody reads; then the same once more.
 
-ROBOCAL_KILLS sets the number of random moments per verb (10 by default, at calls of the system); with it every call is tried.
+By default ten calls of the system in one run, before each of which a copy is made of what would be left, and one run that is killed; with
+ROBOCAL_KILLS every call, and so many random moments, each in a run of its own.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 import pytest
 from cli.runs import ROBOT
 from files.test_cable import caspr
-from killing import FOREIGN, count_calls, duration, judge, killed_after, killed_at, readable
+from killing import FOREIGN, count_calls, duration, judge, killed_after, killed_at, left_before, readable
 from printed import draw_images
 
 from robocal.cli.main import main
@@ -98,31 +99,42 @@ def test_a_verb_that_is_killed(home, tmp_path, verb):
     before, after = readable(old), readable(new)
     assert other is None or before != after, "the two are to differ"
 
-    def once(number=None, seconds=None):
-        folder = tmp_path / "out"
-        shutil.copytree(old, folder)
+    def once(folder, number=None, seconds=None):
+        """What is found in a folder: as it lies there, or after a command that is killed in it."""
         run = command(home, (*words, *(other or ())), folder)
         if number is not None:
             killed_at(run, number)
-        else:
+        elif seconds is not None:
             killed_after(run, seconds)
         state = judge(folder, before, after)
         if KILLS or state == "refused":
             run()
             last = readable(folder)
             assert last.keys() == after.keys() and None not in last.values(), "once more leaves what it always leaves"
-        shutil.rmtree(folder)
         return state
 
-    scratch = tmp_path / "scratch"
-    shutil.copytree(old, scratch)
+    def fresh(name):
+        shutil.rmtree(tmp_path / name, ignore_errors=True)
+        return shutil.copytree(old, tmp_path / name)
+
+    scratch = fresh("scratch")
     run = command(home, (*words, *(other or ())), scratch)
     calls = count_calls(run)
     assert calls >= 3, "it wrote"
-    numbers = range(1, calls + 1) if KILLS else np.unique(np.linspace(1, calls, 10).astype(int)).tolist()
-    states = [once(number=n) for n in numbers]
-    whole = duration(run)
-    rng = np.random.default_rng(zlib.crc32(verb.encode()))
-    states += [once(seconds=float(rng.uniform(0, 1.1 * whole))) for _ in range(KILLS)]
+    if KILLS:
+        states = [once(fresh("out"), number=n) for n in range(1, calls + 1)]
+        whole = duration(run)
+        rng = np.random.default_rng(zlib.crc32(verb.encode()))
+        states += [once(fresh("out"), seconds=float(rng.uniform(0, 1.1 * whole))) for _ in range(KILLS)]
+    else:
+        numbers = np.unique(np.linspace(1, calls, 10).astype(int)).tolist()
+        out = fresh("out")
+        left = left_before(command(home, (*words, *(other or ())), out), out, numbers, tmp_path / "left")
+        # One of them dies in earnest, and leaves the files of the copy.
+        middle = numbers[len(numbers) // 2]
+        killed_at(command(home, (*words, *(other or ())), fresh("out")), middle)
+        mine, copied = (readable(f) for f in (out, left[numbers.index(middle)]))
+        assert all(mine.get(n) == copied.get(n) for n in {*before, *after, *FOREIGN})
+        states = [once(folder) for folder in (*left, out)]
     print(f"{verb}: {len(states)} ends: " + ", ".join(f"{s} {states.count(s)}" for s in ("old", "refused", "new")))
     assert "old" in states or other is None

@@ -276,6 +276,18 @@ def fingers(at):
     return hide(at, 120, (0, 11), (1, 10), (3, 11), (3, 13))
 
 
+# obeys: lens-bends
+@advice("lens-bends")
+def foreign_lens(at):
+    """Images without distortion, through a lens of their size that has much of it."""
+    numbers = {"fx": 240, "fy": 240, "cx": 119.5, "cy": 64.5, "k1": -2.5, "k2": 0, "p1": 0, "p2": 0, "k3": 0}
+    words = ", ".join(f"{s}: {v}" for s, v in numbers.items())
+    text = f"robocal: 1\nkind: lens\nmodel: brown\nimage: [{WIDTH}, {HEIGHT}]\nnumbers: {{{words}}}\n"
+    (at / "lens.yaml").write_text(text, encoding="utf-8")
+    images = folder(at / "a", *(plain(seed=k) for k in range(8)))
+    return (images, *NAME, "--lens", at / "lens.yaml"), (images, *NAME)
+
+
 # obeys: marker-dropped
 @advice("marker-dropped")
 def glare(at):

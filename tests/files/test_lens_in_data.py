@@ -13,9 +13,10 @@ from robocal.diagnose.check_registry import Context
 from robocal.diagnose.lens_fold import lens_reach
 from robocal.errors import FormatError, InputError, ModelError
 from robocal.estimate.priors import shared_root
-from robocal.files.dataset import read_dataset
+from robocal.files.dataset import read_dataset, read_datasets
 from robocal.files.lens import lens_text
 from robocal.measure.base import problem
+from robocal.measure.pixels import LENS_FILE
 from robocal.vision.camera import SYMBOLS, image_of
 from robocal.vision.lenses import Lens
 
@@ -101,6 +102,7 @@ def test_every_model_is_written_and_read_back(tmp_path, model):
     o, back = (options(r) for r in (read_dataset(p / "data.yaml", ARM) for p in (tmp_path, there)))
     np.testing.assert_allclose(back.pop("intrinsics"), o.pop("intrinsics"), rtol=1e-14)
     np.testing.assert_allclose(back.pop("covariance"), o.pop("covariance"), rtol=1e-14)
+    assert o.pop(LENS_FILE).name == "lens.yaml"  # what is written has the numbers themselves
     assert back == o
 
 
@@ -246,3 +248,37 @@ def test_a_lens_without_a_name_stands_beside_a_frame_called_camera(tmp_path):
     reading = read(tmp_path, "{file: lens.yaml}")
     assert reading.dataset.observations[0].frame.name == "camera"
     assert options(reading)["camera"] == "lens" and options(reading)["intrinsics"] == LENS.numbers
+
+
+def two_files(tmp_path, first, second):
+    """The example's rows as two data files with a lens each, and as one."""
+    (tmp_path / "lens.yaml").write_text(lens_text(LENS, "robocal", "left"), encoding="utf-8")
+    data, table = described("{name: left, file: ../lens.yaml}")
+    head, *rows = table.splitlines()
+    parts = []
+    for name, own, some in (("a", first, rows[:20]), ("b", second, rows[20:]), ("all", "left", rows)):
+        (tmp_path / name).mkdir()
+        parts.append(
+            put(tmp_path / name, data.replace("{name: left", f"{{name: {own}"), "\n".join([head, *some]) + "\n")
+        )
+    return parts
+
+
+def test_two_files_of_one_lens_say_what_one_says(tmp_path):
+    """Its prior is known once: the information of two files is that of one file with all rows."""
+    *two, one = two_files(tmp_path, "left", "left")
+    a, b = (problem(ARM, read_datasets(paths, ARM).dataset) for paths in (two, [one]))
+    assert a.free == b.free and a.table.together == b.table.together and len(a.table.together) == 1
+    expected = b.normal(b.start).a
+    np.testing.assert_allclose(a.normal(a.start).a, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
+
+
+def test_two_names_of_one_lens_are_refused(tmp_path):
+    """Else its prior would be two that have nothing in common, and every sigma too small."""
+    *two, _ = two_files(tmp_path, "left", "other")
+    with pytest.raises(FormatError, match="one lens has two names") as caught:
+        read_datasets(two, ARM)
+    assert caught.value.key == "camera.name" and "other, and left" in str(caught.value)
+    for p in two:
+        p.write_text(p.read_text().replace("lens.yaml", "lens.yaml, free: false"))
+    assert len(read_datasets(two, ARM).dataset.observations) == 2  # nothing of it is identified

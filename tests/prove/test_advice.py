@@ -34,9 +34,28 @@ OTHER = {
     "points-apart": "session/test_measured_points.py",
     "points-without-places": "session/test_measured_points.py",
     "inertia-assumed": "files/test_mjcf.py",
+    "currents-exchanged": "cli/test_cable_winch_columns.py",
+    "current-turned": "cli/test_cable_winch_columns.py",
+    "current-unlike": "cli/test_cable_winch_columns.py",
+    "currents-shifted": "cli/test_cable_winch_columns.py",
+    "current-row": "cli/test_cable_winch_columns.py",
+    "currents-unbalanced": "cli/test_cable_winch_columns.py",
+    "winch-gain": "cli/test_cable_winch_columns.py",
+    "loads-unlike": "cli/test_cable_loads_wrong.py",
+    "loads-copied": "cli/test_cable_loads_wrong.py",
+    "loads-unexplained": "cli/test_cable_loads_wrong.py",
+    "loads-row": "cli/test_cable_loads_wrong.py",
+    "loads-other": "cli/test_cable_loads_wrong.py",
+    "cable-hangs-slack": "cli/test_cable_loads_wrong.py",
+    "tensions-beyond": "cli/test_cable_loads_wrong.py",
     "load-not-above": "cli/test_cable_straightness.py",
     "negative-number": "session/test_joint_torques.py",
+    "friction-unseen": "session/test_joint_torques.py",
     "torques-left": "session/test_joint_torques.py",
+    "drive-strange": "session/test_drive_group.py",
+    "drive-weight": "session/test_drive_readings.py",
+    "drive-electrical": "session/test_drive_readings.py",
+    "drive-other-sign": "session/test_drive_readings.py",
     "drive-one-direction": "session/test_drive_logs.py",
     "drive-under-turn": "session/test_drive_logs.py",
     "drive-orders-unseen": "session/test_drive_logs.py",
@@ -148,7 +167,7 @@ OTHER |= {"rig-contradicted": "session/test_hand_eye_rig.py"}
 OTHER |= dict.fromkeys(
     "image-turned video-ends-early image-sizes-differ no-target-found no-marker-in-view one-marker-in-view other-dictionary dictionary-found "
     "dictionary-unsure board-found size-not-stated two-of-one-number mirrored-image markers-apart markers-at-border image-overexposed "
-    "motion-blur image-blurred edges-alone marker-dropped image-hardly-covered".split(),
+    "motion-blur image-blurred edges-alone lens-bends marker-dropped image-hardly-covered".split(),
     "cli/test_vision_advice.py",
 )
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 
 import pytest
-from cli.runs import robocal
+from cli.runs import shared
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "cable-camera"
 pytestmark = pytest.mark.slow
@@ -26,13 +25,13 @@ CODES = {
 def identify(folder, rows=lambda rows: rows, words=lambda text: text):
     """The example with other rows of corners, or another pixels.yaml: how it ended, and what is said of mistakes."""
     for name in ("robot.yaml", "lengths.yaml", "lengths.csv"):
-        shutil.copy(EXAMPLE / name, folder)
+        (folder / name).write_text((EXAMPLE / name).read_text())
     head, *table = (EXAMPLE / "pixels.csv").read_text().splitlines()
     changed = rows([line.split(",") for line in table])
     (folder / "pixels.csv").write_text("\n".join([head, *map(",".join, changed)]) + "\n")
     (folder / "pixels.yaml").write_text(words((EXAMPLE / "pixels.yaml").read_text()))
     files = [folder / n for n in ("robot.yaml", "lengths.yaml", "pixels.yaml")]
-    ran = robocal("identify", *files, "--no-leave-one-out", "--json")
+    ran = shared("identify", *files, "--no-leave-one-out", "--json")
     every = {r["code"]: r for r in (*ran.document["verdict"]["remarks"], *ran.document["remarks"])}
     return ran.status, {code: r for code, r in every.items() if code in CODES}
 

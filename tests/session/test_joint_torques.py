@@ -109,6 +109,55 @@ def test_without_speeds_friction_is_not_told(tmp_path, arm):
     ran = robocal("identify", "rv-2aj", data, "--json")
     told = {p["name"]: p["status"] for p in json.loads(ran.out)["parameters"]}
     assert told["j2.coulomb"] == "dropped" and "Traceback" not in ran.err
+    assert "no speed is given" in ran.out and "leave out --free" not in ran.out
+
+
+# obeys: friction-unseen
+@pytest.mark.parametrize("joints", [range(N), [2]], ids=["every joint", "one joint"])
+def test_one_direction_is_said_of_the_joints_that_have_one(tmp_path, arm, joints):
+    _, data = write(tmp_path, arm)
+    right = (tmp_path / "run.csv").read_text()
+    heads = right.splitlines()[0].split(",")
+    table = np.loadtxt(tmp_path / "run.csv", delimiter=",", skiprows=1)
+    at = [heads.index(f"speed.{arm.joint_names[j]}") for j in joints]
+    table[:, at] = np.abs(table[:, at])
+    np.savetxt(tmp_path / "run.csv", table, delimiter=",", header=",".join(heads), comments="", fmt="%.6f")
+
+    def unseen():
+        remarks = json.loads(robocal("identify", "rv-2aj", data, "--json").out)["remarks"]
+        return [r["numbers"]["joints"] for r in remarks if r["code"] == "friction-unseen"]
+
+    assert unseen() == [[arm.joint_names[j] for j in joints]]
+    (tmp_path / "run.csv").write_text(right)
+    assert unseen() == []
+
+
+def with_units(text):
+    head, *rows = text.splitlines()
+    unit = {"speed": "deg/s", "torque": "Nm"}
+    return "\n".join([",".join(f"{n} [{unit.get(n.partition('.')[0], 'deg')}]" for n in head.split(",")), *rows]) + "\n"
+
+
+def test_a_table_that_names_its_units_needs_no_data_file(tmp_path, arm):
+    true, _ = write(tmp_path, arm)
+    table = tmp_path / "run.csv"
+    table.write_text(with_units(table.read_text()))
+    ran = robocal("identify", "rv-2aj", table, "--json")
+    told = {p["name"]: p["identified"] for p in json.loads(ran.out)["parameters"]}
+    assert ran.status == 0 and told["j2.coulomb"] == pytest.approx(true["j2.coulomb"], abs=0.1)
+    made = robocal("new", "rv-2aj", "--table", table, "-o", tmp_path / "cell")
+    assert made.status == 0 and "kind: joint_torque" in (tmp_path / "cell" / "data.yaml").read_text()
+    assert robocal("check", "rv-2aj", tmp_path / "cell" / "data.yaml").status == 0
+    table.write_text(table.read_text().replace("torque.j3 [Nm]", "moment.j3 [Nm]"))
+    ran = robocal("identify", "rv-2aj", table)
+    assert ran.status == 2 and "a torque of every joint is needed" in ran.err and "torque.j3" in ran.err
+
+
+def test_from_new_to_a_fit(tmp_path):
+    assert robocal("new", "rv-2aj", "--kind", "joint_torque", "-o", tmp_path).status == 0
+    ran = robocal("identify", tmp_path / "robot.yaml", tmp_path / "data.yaml", "--json")
+    told = {p["name"]: p["identified"] for p in json.loads(ran.out)["parameters"]}
+    assert told["j1.coulomb"] == pytest.approx(1.0, abs=0.2)  # what the example rows are made of
 
 
 def test_torques_of_other_joints_are_refused(tmp_path, arm):

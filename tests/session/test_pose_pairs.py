@@ -200,7 +200,8 @@ def test_noise_is_read_by_direction():
     """Three times as much along the view as across, as far as the residuals tell it."""
     _, flange, seen, *_ = cell(9, 300)
     found = locate_camera(PosePairs(seen, True, flange))
-    sigma = read_noise(found.decision.need_fit)[0]
+    fit = found.decision.need_fit
+    sigma = read_noise(fit.problem, fit.solution.x)[0]
     assert sigma[2] / sigma[:2].mean() == pytest.approx(3.0, rel=0.2)
     assert sigma[:3] == pytest.approx(NOISE[0], rel=0.15) and sigma[3:] == pytest.approx(NOISE[1], rel=0.15)
 

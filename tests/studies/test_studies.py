@@ -354,8 +354,10 @@ def test_a_cluster_writes_the_same_bytes(study, scheduler):
 
 @pytest.mark.slow
 def test_a_cluster_that_is_not_there(study, monkeypatch):
+    """With a second of patience in place of twenty: nobody answers sooner or later."""
     pytest.importorskip("distributed")
-    call = [sys.executable, "-m", "robocal", "study", str(study), "--cluster", "tcp://127.0.0.1:9"]
+    code = "import sys; from robocal.studies import cluster; from robocal.cli.main import main; cluster.PATIENCE = 1.0; sys.exit(main(sys.argv[1:]))"
+    call = [sys.executable, "-c", code, "study", str(study), "--cluster", "tcp://127.0.0.1:9"]
     ran = subprocess.run(call, capture_output=True, text=True)
     assert ran.returncode == 2 and "no scheduler answers" in ran.stderr and "Traceback" not in ran.stderr, ran.stderr
 

@@ -53,8 +53,11 @@ def test_a_batch_is_its_singles_and_each_has_its_own_stop(rng):
     assert (settled == settled[0]).all(), "a problem that has stopped stays where it is"
 
 
-def test_of_rivals_one_far_behind_the_best_goes_no_further():
-    """x^2 from afar takes a step of half the way each time; beside a start that has ended it is not worth them all."""
+@pytest.mark.parametrize("at_once", [1, module.AT_ONCE])
+def test_of_rivals_one_far_behind_the_best_goes_no_further(monkeypatch, at_once):
+    """x^2 from afar takes a step of half the way each time; beside a start that has ended it is not worth them all, whether both move
+    together or one after the other."""
+    monkeypatch.setattr(module, "AT_ONCE", at_once)
     flat = Plain(lambda x: np.array([[x[0] ** 2 + 1e-3]]), lambda x: np.array([[[2 * x[0]]]]), (1, 1))
     p, starts = plain_problem(flat, np.zeros(1)), np.array([[0.0], [1e6]])
     apart, together = least_squares(p, starts), least_squares(p, starts, rivals=True)

@@ -10,18 +10,17 @@ where t0 is in the middle of the loads.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robocal._record import record, replace
+from robocal._record import record
 from robocal._types import Array
+from robocal.geometry.path.placeless import Placeless
 from robocal.parameters import Parameter, ParameterTable
 
 __all__ = ["CABLE", "ELASTICITY", "EXPONENT", "WEIGHT", "Rope", "rope", "strain", "strain_slopes"]
 
-P = TypeVar("P")
 CABLE = "cable"
 WEIGHT, ELASTICITY, EXPONENT = f"{CABLE}.weight", f"{CABLE}.elasticity", f"{CABLE}.exponent"
 TENSION = 100.0  # N, where nobody says at which tension the elasticity is told
@@ -43,46 +42,17 @@ def strain_slopes(tension: Array, elasticity: Array, exponent: Array, reference:
 
 
 @record(eq=False)
-class Rope:
-    """A cable that is tested by itself: its weight (N/m), its elasticity (1/N) at the tension `reference` (N), the exponent of the law.
-    It has no place, no joints and no poses."""
+class Rope(Placeless):
+    """A cable that is tested by itself: its weight (N/m), its elasticity (1/N) at the tension `reference` (N), the exponent of the law."""
 
     table: ParameterTable
     reference: float = TENSION
     name: str = CABLE
-    lengths: tuple[str, ...] = ()
-    mechanism: None = None
-
-    @property
-    def geometric(self) -> tuple[str, ...]:
-        """What its making leaves: none is a length or an angle."""
-        return ()
-
-    @property
-    def anywhere(self) -> frozenset[str]:
-        """All of it: nobody knows what a rope is before it is tested."""
-        return frozenset(self.table.names)
 
     @property
     def parts(self) -> Mapping[str, tuple[str, ...]]:
         """Itself, as a rope."""
         return {"rope": (self.name,)}
-
-    def part(self, kind: type[P], /) -> P | None:
-        """Itself, where it is of this kind."""
-        return self if isinstance(self, kind) else None
-
-    def row(self, name: str, /) -> str:
-        """The parameter that stands for a name: its own."""
-        return name
-
-    def with_values(self, values: Mapping[str, float]) -> Self:
-        """The same rope with other numbers."""
-        return self.with_table(self.table.with_values(values))
-
-    def with_table(self, table: ParameterTable) -> Self:
-        """The same rope with another table."""
-        return replace(self, table=table)
 
     def strain(self, tension: ArrayLike) -> Array:
         """Its strain (...) under tensions (...) in N."""

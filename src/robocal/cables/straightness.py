@@ -16,20 +16,23 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robocal._types import Array
+from robocal._types import Array, Ints
 from robocal.cables.elastic import catenary, hang_by_tension
 from robocal.cables.geometry import CableRobot, straight
 from robocal.cables.hanging import hang
 from robocal.errors import ModelError
 
 __all__ = [
+    "excess_of",
     "greatest_tension",
     "least_tension",
     "level_excess",
     "level_sag",
     "pose_change",
+    "position_gain",
     "sag_of",
     "sag_slope",
+    "where_it_decides",
     "worst_position",
 ]
 
@@ -37,6 +40,7 @@ SMALL = 1e-3  # tolerance: of u, below which the next term of a series is 1e-13 
 ROUNDS = 60  # grid: of the search for a tension; each at least halves what is left
 CORNERS = 10  # grid: cables of which all corners are looked at
 CLOSE = 1e-6  # tolerance: of a tension, relative
+MANY = 1 << 10  # grid: poses whose corners are looked at together
 LEAST, MOST = 1e-9, 1e9  # N, beyond which nobody asks
 
 
@@ -75,12 +79,23 @@ def sag_of(robot: CableRobot, pose: ArrayLike, tension: ArrayLike, weight: Array
     pose (k, 4, 4), tension (k, m) at the platform in N, weight (m,) in N/m. Not numbers where a tension does not carry its cable. What is
     wrapped on a pulley counts for the length, and not for the chord.
     """
+    d, pull, w, longer = _hung(robot, pose, tension, weight)
+    return _across(np.stack([np.hypot(d[..., 0], d[..., 1]), d[..., 2]], axis=-1), pull, w), longer
+
+
+def excess_of(robot: CableRobot, pose: ArrayLike, tension: ArrayLike, weight: ArrayLike) -> Array:
+    """By how much cables are longer than their chords (k, m) in m alone, of the same as `sag_of`."""
+    return _hung(robot, pose, tension, weight)[3]
+
+
+def _hung(
+    robot: CableRobot, pose: ArrayLike, tension: ArrayLike, weight: ArrayLike
+) -> tuple[Array, Array, Array, Array]:
     t = np.asarray(pose, float).reshape(-1, 4, 4)
     full, _, lever = straight(robot, t)
     d = t[:, None, :3, 3] + lever - robot.a
     pull, w = (np.broadcast_to(np.asarray(v, float), full.shape) for v in (tension, weight))
-    longer = hang(d, pull, w, 0.0, robot.pulleys).length - full
-    return _across(np.stack([np.hypot(d[..., 0], d[..., 1]), d[..., 2]], axis=-1), pull, w), np.maximum(longer, 0.0)
+    return d, pull, w, np.maximum(hang(d, pull, w, 0.0, robot.pulleys).length - full, 0.0)
 
 
 def _across(ends: Array, tension: Array, weight: Array) -> Array:
@@ -109,19 +124,48 @@ def pose_change(robot: CableRobot, pose: ArrayLike, change: ArrayLike) -> Array:
     return out
 
 
-def worst_position(robot: CableRobot, pose: ArrayLike, change: ArrayLike) -> Array:
-    """The furthest (k,) in m that positions seem elsewhere where each length changes by something from 0 to its `change` (k, m): cables
-    that are tighter than others change less. A norm is largest at a corner of the box; of many cables a bound is told."""
+def position_gain(robot: CableRobot, pose: ArrayLike) -> Array:
+    """By how much positions at poses (k, 4, 4) seem elsewhere for each of the lengths, (k, 3, m): J^+ to first order."""
     t = np.asarray(pose, float).reshape(-1, 4, 4)
     axes = list(robot.axes)
     rows = [n for n, axis in enumerate(axes) if axis < 3]
-    _, slope, _ = straight(robot, t)
-    each = np.linalg.pinv(slope[..., axes])[:, rows] * np.asarray(change, float)[:, None]  # (k, 3, m)
+    return np.asarray(np.linalg.pinv(straight(robot, t)[1][..., axes])[:, rows])
+
+
+def worst_position(gain: Array, change: ArrayLike) -> Array:
+    """The furthest (k,) in m that positions of a `position_gain` (k, 3, m) seem elsewhere where each length changes by something from 0
+    to its `change` (k, m): cables that are tighter than others change less. A norm is largest at a corner of the box; of many cables a
+    bound is told."""
+    each = gain * np.asarray(change, float)[:, None]
     m = each.shape[2]
     if m > CORNERS:
         return np.asarray(np.linalg.norm(each, axis=1).sum(axis=1))
-    corners = (np.arange(2**m)[:, None] >> np.arange(m)) & 1
-    return np.asarray(np.linalg.norm(each @ corners.T, axis=1).max(axis=1))
+    corners = ((np.arange(2**m)[:, None] >> np.arange(m)) & 1).T.astype(float)
+    out = np.empty(len(each))
+    for lo in range(0, len(each), MANY):
+        out[lo : lo + MANY] = np.square(each[lo : lo + MANY] @ corners).sum(axis=1).max(axis=1)
+    return np.sqrt(out)
+
+
+def where_it_decides(
+    error: Callable[[float, Ints], Array],
+    count: int,
+    search: Callable[[Callable[[float], float]], float | None],
+    wanted: float,
+) -> float | None:
+    """The tension that a `search` finds for the worst of `count` poses, error(tension, poses) in m of some of them: the pose that is
+    worst at one tension is searched alone, and joined by another one where that is worse at what was found."""
+    every, some = np.arange(count), np.zeros(0, dtype=np.int64)
+    found: float | None = 1.0
+    for _ in range(ROUNDS):
+        told = error(MOST if found is None else found, every)
+        told = np.where(np.isfinite(told), told, np.inf)
+        worst = int(told.argmax())
+        if len(some) and (worst in some or told[worst] <= wanted):
+            break
+        some = np.append(some, worst)
+        found = search(lambda t, at=some: float(error(t, at).max()))  # type: ignore[misc]
+    return found
 
 
 def least_tension(error: Callable[[float], float], wanted: float, guess: float) -> float:

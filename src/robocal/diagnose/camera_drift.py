@@ -16,6 +16,7 @@ import numpy as np
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.check_registry import Context, Finding, When, check, doubt
 from robocal.diagnose.vision_limits import CAMERA_DRIFT, CAMERA_DRIFT_VIEWS
+from robocal.estimate.elimination import triangle
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear
 from robocal.fit.noise import owners
@@ -27,14 +28,17 @@ from robocal.remarks.remark import Quantity
 
 __all__ = ["camera_drift", "steady_motion"]
 
+EPS = float(np.finfo(float).eps)
+
 
 def steady_motion(problem: Problem, lin: Linear, own: Bools, at: Sequence[int], views: Ints) -> tuple[float, Array]:
     """The share of the squares of rows `own` (N,) that a steady motion of the frame in columns `at` over the `views` explains, and half of
     that motion, (6,)."""
     time = np.where(own, np.interp(lin.configuration, views, np.linspace(-1, 1, len(views))), 0.0)
-    both = np.hstack([lin.j, lin.j[:, at] * time[:, None]]) * np.concatenate([problem.scales, problem.scales[at]])
-    step = np.linalg.lstsq(both, -lin.r, rcond=None)[0]
-    less = float(lin.r @ lin.r) - float(np.sum((lin.r + both @ step) ** 2))
+    scales = np.concatenate([problem.scales, problem.scales[at], [1.0]])
+    root = triangle(np.hstack([lin.j, lin.j[:, at] * time[:, None], lin.r[:, None]])) * scales
+    step = np.linalg.lstsq(root[:, :-1], -root[:, -1], rcond=len(lin.r) * EPS)[0]
+    less = float(lin.r @ lin.r) - float(np.sum((root[:, -1] + root[:, :-1] @ step) ** 2))
     return less / float(lin.r[own] @ lin.r[own]), step[problem.n :] * problem.scales[at]
 
 

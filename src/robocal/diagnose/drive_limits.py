@@ -31,3 +31,11 @@ SHIFT_LEAST = limit(math.radians(3.0), "rad", "So far directions lie apart by la
 LONE_ROWS = limit(12.0, "robust sigma", "Noise of no drive throws a row so far from its neighbours; a lost sample does.",
     "tests/session/test_drive_logs.py")
 FLOOR_CHANCE = limit(1e-3, "chance", "White noise is called a floor once in a thousand orders; a real one is many times as high.")
+STRANGE_CHANCE = limit(0.05, "chance", "Among motors that are alike one call in twenty names one as strange.")
+STRANGE_RATIO = limit(1.1 / 0.9, "times the others", "Data sheets allow torque constants 10 % each way: motors of one type differ by this.",
+    "seed document, annex A")
+WEIGHT_SEEN = limit(0.05, "of the variance", "A twentieth of the variance is a fifth of the amplitude: whose it is, is worth a question.")
+WEIGHT_MOST = limit(0.5, "of the variance", "Cogging comes as often as slots and poles: what is mostly once per turn is something else.")
+ELECTRICAL_LEAVES = limit(0.5, "of what is left",
+    "Another angle that halves what a turn leaves is told by the log; noise lets no angle do so.")
+NOISE_TIMES = limit(2.0, "times the noise's share", "Where noise is half of what is left, no other angle can halve it.")

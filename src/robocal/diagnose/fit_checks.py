@@ -32,6 +32,7 @@ from robocal.remarks.remark import Quantity, Remark
 __all__ = ["findings_of_segments", "implausible", "implausible_changes", "out_of_tolerance"]
 
 OTHERS = "Wrong rows, names of targets or numbers may explain the rest, or what geometry leaves out"
+DRIVES = "Friction without a direction, a payload that is not stated, or gears may explain the rest"
 MOVED_OR_BENT = declare(
     "moved-or-bent",
     "{file}: from row {first} to row {last} everything is off[ by {shift:.3g}][, turned by {turn:.3g}] ({count} rows, {strength:.1f} "
@@ -129,6 +130,8 @@ def _remedy(context: Context[Model], group: NoiseGroup) -> dict[str, str | None]
         return said | {"target": "target"}
     if not arm:
         return said | {"beyond": "sag"}
+    if group.unit == "N m":
+        return said | {"option": DRIVES}
     held = not set(context.need_fit.identifiability.names) & set(context.model.geometric)
     return said | ({"choice": "--free"} if held else {"option": OTHERS})
 

@@ -15,7 +15,7 @@ from robocal.diagnose.segments.tell import segment_remarks
 from robocal.diagnose.slack import find_slack
 from robocal.diagnose.stated_numbers import find_stated_number
 from robocal.diagnose.time_offset import time_offset
-from robocal.diagnose.zero_steps import segment_of_zero
+from robocal.diagnose.zero_steps import fitted_beside, segment_of_zero
 from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Model, sensor_zeros
 from robocal.remarks.english import declare
@@ -63,7 +63,9 @@ def _of_zero(context: Context[Model], step: FrameStep) -> list[Finding]:
         return []
     found = segment_of_zero(context, step.frame, step.first, step.shift, step.chance)
     large = found is not None and found.strength > limits.SEGMENT_ZERO_SIZE
-    level = Level.REFUSE if step.bias > limits.FRAME_BIAS else Level.DOUBT
+    # With both places fitted the zero lies between them, and is right at neither.
+    mixed = step.chance < limits.SEGMENT_CHANCE and fitted_beside(context, step.frame, step.first) > limits.FRAME_FITTED
+    level = Level.REFUSE if mixed or step.bias > limits.FRAME_BIAS else Level.DOUBT
     return of_remarks(segment_remarks([found]), level) if found is not None and large else []
 
 

@@ -24,13 +24,14 @@ import numpy as np
 
 from robocal import _scipy as scipy
 from robocal._record import record, replace
-from robocal._types import Array
+from robocal._types import Array, Ints
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Context, once
 from robocal.diagnose.fit_checks import findings_of_segments
 from robocal.diagnose.path_rates import time_order
-from robocal.estimate.elimination import beside_blocks
+from robocal.estimate.elimination import beside_blocks, beside_each
 from robocal.estimate.problem import Problem
+from robocal.estimate.sparse_rows import blocks_of
 from robocal.estimate.terms import Linear, Residuals
 from robocal.fit.free_poses import own_poses
 from robocal.fit.misfit import errors
@@ -42,7 +43,6 @@ __all__ = ["FileDrift", "at_end", "drift_of_file", "error_growth", "largest_grow
 
 HOLD = 10.0  # expected errors, as softly as in `stated_numbers`
 FACTOR = 1e-3  # grid: of a length, a change by warmth and more
-CHUNK = 2000  # grid: rows at once
 EPS = 1e-9  # tolerance: of a column: what is less is rounding
 DEGREES = (2, 3, 4, 5)  # grid: polynomials that a drift is compared with
 
@@ -195,23 +195,37 @@ def _sums(lin: Linear, factor: Array, scale: Array) -> tuple[float, Array]:
         j = lin.j * scale
         own, left = beside_blocks(replace(lin, j=np.hstack([j, factor[:, None] * j, lin.r[:, None]])))
         return float(own.sum()), left.T @ left
-    # What a block leaves of columns is multiplied as they are: by products of the columns alone, three of half the width each.
+    # What a block leaves of columns is multiplied as they are: by products of the columns alone, of half the width.
     j = np.empty((len(lin.j), n + 1))
     np.multiply(lin.j, scale, out=j[:, :n])
     j[:, n] = lin.r
-    own, left = beside_blocks(replace(lin, j=j))
     plain, once, twice = np.zeros((3, n + 1, n + 1))
-    for first in range(0, len(left), CHUNK):
-        some = left[first : first + CHUNK]
-        late = factor[first : first + CHUNK, None] * some
-        plain += some.T @ some
-        once += some.T @ late
-        twice += late.T @ late
+    taken, alone = 0.0, lin.local < 0
+    for rows, own, mine in beside_each(lin, j):
+        taken += float(np.sum(own**2))
+        _add_products(mine.reshape(-1, n + 1), factor[rows.ravel()], slice(None), plain, once, twice)
+    rest, late = (j, factor) if alone.all() else (j[alone], factor[alone])
+    for at, felt in blocks_of(rest):
+        _add_products(rest[at, felt], late[at], felt, plain, once, twice)
     products = np.empty((2 * n + 1,) * 2)
     products[:n, :n], products[:n, n:-1], products[:n, -1] = plain[:n, :n], once[:n, :n], plain[:n, n]
     products[n:-1, :n], products[n:-1, n:-1], products[n:-1, -1] = once[:n, :n], twice[:n, :n], once[:n, n]
     products[-1, :n], products[-1, n:-1], products[-1, -1] = plain[n, :n], once[:n, n], plain[n, n]
-    return float(own.sum()), products
+    return taken, products
+
+
+def _add_products(rows: Array, factor: Array, columns: Ints | slice, plain: Array, once: Array, twice: Array) -> None:
+    """Adds the products of rows (m, k), of these and them times a factor (m,), and of the latter, to those of all columns."""
+    at = columns if isinstance(columns, slice) else np.ix_(columns, columns)
+    square = rows.T @ rows
+    plain[at] += square
+    if len(factor) and (factor == factor[0]).all():
+        once[at] += factor[0] * square
+        twice[at] += factor[0] ** 2 * square
+        return
+    late = factor[:, None] * rows
+    once[at] += rows.T @ late
+    twice[at] += late.T @ late
 
 
 def _explain(lin: Linear, taken: float, sums: Array, problem: Problem, way: Array) -> FileDrift | None:

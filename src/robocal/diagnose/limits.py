@@ -181,6 +181,13 @@ TENSION_FARTHER = limit(2.0, "times what geometry leaves", "Beside lengths a pla
 TENSION_POSES = limit(3, "poses", "Fewer are balanced by any mass.")
 TENSION_MASS = limit(2.0, "times", "A mass so far from the stated one is another platform, or another unit.")
 CELL_UNIT_NEAR = limit(0.2, "of a factor", "So near to the factor of a unit it is that unit.")
+WINCH_GAIN = limit(1.4, "times what an ampere pulls",
+    "Halfway to the least mistake, a diameter for a radius; anchors a centimetre off make a tenth.",
+    "tests/cli/test_cable_winch_columns.py")
+LOADS_UNLIKE = limit(31.6, "times what is stated",
+    "Halfway to a slip of a unit, a thousand; ropes stiffen by less than ten.", "tests/cli/test_cable_loads_wrong.py")
+LOADS_CHANCE = limit(0.01, "", "One right table in a hundred has a load that is named as far from the others.",
+    "tests/cli/test_cable_loads_wrong.py")
 BOX_LARGEST = limit(1000.0, "times the machine", "A box of poses that is larger is a slip of the unit.")
 
 topic("Files and units")

@@ -15,9 +15,10 @@ from robocal.diagnose.segments.find import Segment
 from robocal.diagnose.segments.posed import ZERO
 from robocal.diagnose.serial import correlation_factor
 from robocal.fit.noise import owners
+from robocal.measure.data import Observations
 from robocal.measure.machine import Model
 
-__all__ = ["segment_of_zero", "step_of_zero"]
+__all__ = ["fitted_beside", "segment_of_zero", "step_of_zero"]
 
 
 def step_of_zero(
@@ -41,14 +42,11 @@ def step_of_zero(
 
 def segment_of_zero(context: Context[Model], zero: str, first: int, shift: float, chance: float) -> Segment | None:
     """The rows of a zero that steps at a configuration, as their file has them; None where several files have rows of it."""
-    fit, owner = context.need_fit, zero.rpartition(".")[0]
+    fit = context.need_fit
     found: list[Segment] = []
     for (number, term), r in zip(owners(fit.data, fit.problem), context.residuals, strict=True):
         obs = fit.data.observations[number]
-        word = next((w for w, names in context.model.parts.items() if w in obs.extra and owner in names), None)
-        if word is None:
-            continue
-        sensor = obs.extra[word].astype(np.int64) == context.model.parts[word].index(owner)
+        sensor = _rows_of(context.model, obs, zero)
         mine = sensor & (obs.configuration >= first)
         if not mine.any():
             continue
@@ -76,3 +74,23 @@ def segment_of_zero(context: Context[Model], zero: str, first: int, shift: float
             )
         )
     return found[0] if len(found) == 1 else None
+
+
+def fitted_beside(context: Context[Model], zero: str, first: int) -> float:
+    """Which share of the rows on either side of a step of a zero was fitted, the smaller one: what was set aside bends nothing."""
+    late, used = [], []
+    for obs in context.need_fit.data.observations:
+        mine = _rows_of(context.model, obs, zero)
+        late.append(obs.configuration[mine] >= first)
+        used.append(np.ones(int(mine.sum()), dtype=bool) if obs.used is None else obs.used[mine])
+    after, fitted = np.concatenate(late), np.concatenate(used)
+    return min((float(fitted[some].mean()) for some in (after, ~after) if some.any()), default=0.0)
+
+
+def _rows_of(model: Model, obs: Observations, zero: str) -> Bools:
+    """Which rows (k,) read the sensor of a zero."""
+    owner = zero.rpartition(".")[0]
+    word = next((w for w, names in model.parts.items() if w in obs.extra and owner in names), None)
+    if word is None:
+        return np.zeros(len(obs), dtype=bool)
+    return np.asarray(obs.extra[word].astype(np.int64) == model.parts[word].index(owner))

@@ -40,7 +40,7 @@ LANDING = np.radians(0.3)  # grid: so far friction gives way before the rotor tu
 class Sweep:
     """Rows (m,) of one log in SI: `time`, `angle` (rad, unwrapped), `effort` (N m or A, as `unit` says), `direction` (1, -1, 0 where it
     stands), `speed` (rad/s) and `acceleration`, both smoothed; `flag` is what the log itself says of a compensation, `used` which rows
-    count; `step` is one step of the encoder (rad, 0: none is seen)."""
+    count; `step` is one step of the encoder (rad, 0: none is seen), and `loaded` whether something hangs on the shaft."""
 
     name: str
     unit: str
@@ -54,6 +54,7 @@ class Sweep:
     step: float = 0.0
     flag: Array | None = None
     lines: Ints | None = None
+    loaded: bool = False
 
     def __len__(self) -> int:
         return len(self.angle)
@@ -130,9 +131,16 @@ def led_directions(angle: Array, back: float) -> tuple[Array, Ints]:
 
 
 def sweep_of(
-    name: str, unit: str, time: Array, angle: Array, effort: Array, flag: Array | None = None, lines: Ints | None = None
+    name: str,
+    unit: str,
+    time: Array,
+    angle: Array,
+    effort: Array,
+    flag: Array | None = None,
+    lines: Ints | None = None,
+    aside: Bools | None = None,
 ) -> Sweep:
-    """A log from its columns in SI; the angle may begin anew at every turn."""
+    """A log from its columns in SI; the angle may begin anew at every turn. Rows that are `aside` tell nothing."""
     angle = np.unwrap(angle) if np.ptp(angle) <= 2 * np.pi * (1 + 1e-9) else angle  # tolerance: of rounding
     wide, step = _window(angle)
     direction, turns = led_directions(angle, min(BACK, float(np.ptp(angle)) / 4))
@@ -148,7 +156,7 @@ def sweep_of(
     speed = np.divide(angle[ahead] - angle[behind], took, out=np.zeros(len(angle)), where=took > 0)
     slope = np.divide(speed[ahead] - speed[behind], took, out=np.zeros(len(angle)), where=took > 0)
     made = Sweep(name, unit, time, angle, effort, direction, speed, slope, used, step, flag, lines)
-    return replace(made, used=used & ~_pauses(made))
+    return replace(made, used=used & ~_pauses(made) & (True if aside is None else ~aside))
 
 
 def _pauses(sweep: Sweep) -> Bools:

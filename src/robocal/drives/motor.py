@@ -9,10 +9,10 @@ motor has others when it is loaded. Its maker says slots and poles, where these 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Self, TypeVar
 
-from robocal._record import record, replace
+from robocal._record import record
 from robocal.drives.cogging import Cogging
+from robocal.geometry.path.placeless import Placeless
 from robocal.parameters import Parameter, ParameterTable
 
 __all__ = ["ECCENTRIC", "GAIN", "LAG", "Motor", "motor_of", "order_names"]
@@ -22,7 +22,6 @@ LAG_EXPECTED, ECCENTRIC_EXPECTED = (
     0.01,
     0.01,
 )  # rad: half a degree, which is what hysteresis and a disc's centring leave
-P = TypeVar("P")
 
 
 def order_names(order: int, changes: bool = False) -> tuple[str, str]:
@@ -32,7 +31,7 @@ def order_names(order: int, changes: bool = False) -> tuple[str, str]:
 
 
 @record
-class Motor:
+class Motor(Placeless):
     """One motor; `by_direction`: whether the directions have phases of their own; `eccentric`: whether its encoder may be."""
 
     name: str
@@ -41,42 +40,6 @@ class Motor:
     by_direction: bool = False
     slots: int | None = None
     poles: int | None = None
-
-    @property
-    def mechanism(self) -> None:
-        """Nothing of it has a place."""
-        return
-
-    def part(self, kind: type[P], /) -> P | None:
-        """Itself, where it is of this kind."""
-        return self if isinstance(self, kind) else None
-
-    def row(self, name: str, /) -> str:
-        """The parameter that stands for a name: its own."""
-        return name
-
-    def with_values(self, values: Mapping[str, float], /) -> Self:
-        """The same motor with other parameter values."""
-        return replace(self, table=self.table.with_values(values))
-
-    def with_table(self, table: ParameterTable, /) -> Self:
-        """The same motor with another table of the same names."""
-        return replace(self, table=table)
-
-    @property
-    def geometric(self) -> tuple[str, ...]:
-        """Parameters that its making leaves: none of a size that anybody knows before."""
-        return ()
-
-    @property
-    def lengths(self) -> tuple[str, ...]:
-        """Lengths: it has none."""
-        return ()
-
-    @property
-    def anywhere(self) -> frozenset[str]:
-        """Parameters that may be anything: all of them."""
-        return frozenset(self.table.names)
 
     @property
     def parts(self) -> Mapping[str, tuple[str, ...]]:

@@ -15,11 +15,14 @@ from numpy.typing import ArrayLike
 
 from robocal._record import record
 from robocal._types import Array, Bools
+from robocal.drives.cogging import Cogging
 from robocal.drives.drive_sweep import Sweep
 
-__all__ = ["SeedTable", "seed_table"]
+__all__ = ["SeedTable", "seed_table", "table_harmonics"]
 
 CELLS = 3600  # of a turn: a tenth of a degree, fifty in the window of the document
+HIGHEST = 300  # grid: orders of a table that are kept as harmonics
+SMALL = 1e-5  # grid: of the variance, that such harmonics may leave
 NEAR = 0.5  # grid: of half a window, within which there is a reading
 
 
@@ -99,3 +102,22 @@ def _around(values: Array, kernel: Array) -> Array:
     half = len(kernel) // 2
     padded = np.concatenate([values[-half:], values, values[:half]])
     return np.correlate(padded, kernel, mode="valid")
+
+
+def table_harmonics(values: Array) -> Cogging:
+    """The harmonics of tables (2, C) at the middles of their cells, forward and reverse, without their means; the strongest, until what
+    is left is small."""
+    cells = values.shape[1]
+    n = np.arange(1, min(HIGHEST, cells // 2 - 1) + 1)
+    middles = (np.arange(cells) + 0.5) * 2 * np.pi / cells
+    wave = np.exp(-1j * np.outer(n, middles))
+    forward, reverse = 2 / cells * (wave @ values.T).T
+    power = np.abs(forward) ** 2 + np.abs(reverse) ** 2
+    order = np.argsort(-power)
+    many = int(np.searchsorted(np.cumsum(power[order]), (1 - SMALL) * power.sum())) + 1
+    kept = np.sort(order[:many])
+    mean, change = (forward + reverse)[kept] / 2, (forward - reverse)[kept] / 2
+    parts = (mean.real, -mean.imag)
+    changes = (change.real, -change.imag)
+    a, b, da, db = (tuple(map(float, p)) for p in (*parts, *changes))
+    return Cogging(tuple(map(int, n[kept])), a, b, 0.0, da, db)

@@ -9,11 +9,12 @@ import numpy as np
 from robocal._record import record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.estimate.problem import Problem
+from robocal.estimate.sparse_rows import ROWS, blocks_of
 from robocal.estimate.terms import Linear
 
 __all__ = [
-    "Squares", "beside_blocks", "block_columns", "block_ranks", "eliminate", "reducible", "reweight", "spare_numbers", "squares",
-    "triangle",
+    "Squares", "beside_blocks", "beside_each", "block_columns", "block_ranks", "eliminate", "reducible", "reweight", "spare_numbers",
+    "squares", "triangle",
 ]  # fmt: skip
 
 # Exactly dependent to first order, in units of the largest singular value of a block.
@@ -21,8 +22,7 @@ MANY = 4  # grid: times as many rows as columns of a block: whose whole square b
 STRUCTURAL = 1e-9
 RESOLUTION = 1e-13  # of a triangle of rows; half as many digits where it comes from normal equations
 SQUARED = 3e-7
-BLOCK, FEW = 500, 0.75  # rows at once, and the share of the columns that they may touch to be worth an own triangle
-GLANCE = 64  # rows from one to the next that is looked at before all of them are
+TOGETHER = 1 << 18  # grid: numbers of a Jacobian that are copied at once
 DENSE = 4_000_000  # numbers of a Jacobian beyond which it is not formed where local blocks can be eliminated
 
 
@@ -176,19 +176,28 @@ def beside_blocks(lin: Linear) -> tuple[Array, Array]:
         left, alone = np.empty_like(whole), lin.local < 0
         if alone.any():
             left[alone] = whole[alone]
-    for _, rows, jl in _blocks(lin):
-        u, s, _ = np.linalg.svd(jl, full_matrices=False)
-        own = (u * _spans(s)[:, None, :])[:, : rows.shape[1]]
-        taken[rows] = np.sum(own**2, axis=2)
-        mine = whole[rows]
-        mine -= own @ (np.swapaxes(own, 1, 2) @ mine)
-        left[rows] = mine
+    for rows, own, mine in beside_each(lin, whole):
+        taken[rows], left[rows] = np.sum(own**2, axis=2), mine
     if wide:
         second, left = left[:, :wide], left[:, wide:]
         own = _second(lin, second if lin.keep is None else np.vstack([second, lin.keep]))[: len(second)]
         taken += np.sum(own**2, axis=1)
         left = left - own @ (own.T @ left)
     return taken, left
+
+
+def beside_each(lin: Linear, whole: Array) -> Iterator[tuple[Ints, Array, Array]]:
+    """Of the first family's blocks, some at a time: their rows (b, k), U1 (b, k, l), and what they leave of these rows of `whole` (N, n),
+    (b, k, n). What is made at once stays in the cache."""
+    for _, rows, jl in _blocks(lin):
+        u, s, _ = np.linalg.svd(jl, full_matrices=False)
+        basis = (u * _spans(s)[:, None, :])[:, : rows.shape[1]]
+        step = max(1, TOGETHER // max(rows.shape[1] * whole.shape[1], 1))
+        for first in range(0, len(rows), step):
+            at, own = rows[first : first + step], basis[first : first + step]
+            mine = whole[at]
+            mine -= own @ (np.swapaxes(own, 1, 2) @ mine)
+            yield at, own, mine
 
 
 def _spans(s: Array) -> Bools:
@@ -225,17 +234,14 @@ def triangle(j: Array, chunk: int = 2000) -> Array:
 
 def _shorten(j: Array) -> Array:
     """Fewer rows that say the same: those of rows that lie together and touch few of the columns, as each of many cameras does."""
-    wide = j.shape[1]
-    if len(j) < 2 * BLOCK or j[:: len(j) // 8].all():
+    if len(j) < 2 * ROWS or j[:: len(j) // 8].all():
         return j
     parts, shorter = [], False
-    for first in range(0, len(j), BLOCK):
-        rows = j[first : first + BLOCK]
-        if np.count_nonzero(rows[::GLANCE].any(axis=0)) <= FEW * wide:
-            felt = np.flatnonzero(rows.any(axis=0))
-            if len(felt) <= FEW * wide and 2 * len(felt) < len(rows):
-                short, shorter = np.zeros((len(felt), wide)), True
-                short[:, felt] = np.linalg.qr(rows[:, felt], mode="r")
-                rows = short
+    for at, felt in blocks_of(j):
+        rows = j[at]
+        if not isinstance(felt, slice) and 2 * len(felt) < len(rows):
+            short, shorter = np.zeros((len(felt), j.shape[1])), True
+            short[:, felt] = np.linalg.qr(rows[:, felt], mode="r")
+            rows = short
         parts.append(rows)
     return np.concatenate(parts) if shorter else j

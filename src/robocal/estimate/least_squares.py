@@ -87,16 +87,20 @@ def least_squares(
     if method not in METHODS:
         raise ModelError("unknown method", found=method, **one_of(method, METHODS))
     many, tolerances = _at_once(problem, start), _tolerances(cost_tolerance)
-    parts = [
-        _descend(
-            problem, start[lo : lo + many], lo, max_iterations, tolerances, damping if method == "lm" else 0.0, tolerance, watch, rivals,
-            trail,
-            creep,
-            trust,
-        )
-        for lo in range(0, max(len(start), 1), many)
-    ]  # fmt: skip
+    parts: list[Solution] = []
+    least, first = np.inf, damping if method == "lm" else 0.0  # what the best rival ended with
+    for lo in range(0, max(len(start), 1), many):
+        ended = _descend(
+            problem, start[lo : lo + many], lo, max_iterations, tolerances, first, tolerance, watch, rivals, trail, creep, trust, least,
+        )  # fmt: skip
+        parts.append(ended)
+        least = min(least, _least(ended.cost, ended.reason))
     return parts[0] if len(parts) == 1 else _join(parts)
+
+
+def _least(cost: Array, reason: Ints) -> float:
+    """The lowest cost (B,) at which a problem ended in a minimum."""
+    return float(cost[np.isin(reason, _MINIMUM)].min(initial=np.inf))
 
 
 @cache
@@ -140,8 +144,10 @@ def _descend(
     trail: Trail | None,
     creep: float,
     trust: bool,
+    other: float = np.inf,
 ) -> Solution:
-    """From x (B, P), which are the problems base, base + 1, ... of the batch."""
+    """From x (B, P), which are the problems base, base + 1, ... of the batch; `other` is what the best of their rivals
+    ended with."""
     settle, (STAY, TAKE, OUT, HOME), LOST, GROW = _settling()
     batch = len(x)
     everyone = np.arange(base, base + batch)
@@ -167,7 +173,7 @@ def _descend(
         if rivals and batch > CROWD and len(history) > 1:
             _leave_to_better(problem, x, normal.cost, away, reason)
         if rivals and len(history) > PATIENCE:
-            least = normal.cost[np.isin(reason, _MINIMUM)].min(initial=np.inf)
+            least = min(other, _least(normal.cost, reason))
             reason[(reason == _RUNNING) & (normal.cost > WORSE * least)] = int(Reason.ITERATIONS)
         if bounded:
             value = np.ascontiguousarray(x[:, problem.index])

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from robocal._record import record
-from robocal._types import Array, Bools
+from robocal._types import Array, Bools, Ints
 from robocal.estimate.elimination import triangle
 from robocal.estimate.problem import Problem
 from robocal.estimate.terms import Linear
@@ -66,11 +66,16 @@ def rows_triangle(lin: Linear, used: Bools) -> Array:
 
 
 def one_step(
-    problem: Problem, x: Array, unit: str = "m", lin: Linear | None = None, known: Array | None = None
+    problem: Problem,
+    x: Array,
+    unit: str = "m",
+    lin: Linear | None = None,
+    known: Array | None = None,
+    columns: Ints | None = None,
 ) -> Step | None:
     """The linear step of a problem from x (1, P), its priors included where they are on; None with local blocks, without
     free columns, or where nothing is measured in this unit. `lin` is all of its rows linearised there and `known` their `rows_triangle`,
-    where the caller has them."""
+    where the caller has them; `columns` says which of `lin` are the problem's."""
     mine = np.concatenate([_rows(t.scale[t.used], t.parts, unit).ravel() for t in problem.terms])
     if problem.blocks or not problem.n:
         return None
@@ -87,7 +92,9 @@ def one_step(
     d = -scales * (np.linalg.pinv(r[:-1, :-1], rcond=STRUCTURAL) @ r[:-1, -1])
     sigma = 1.0 / np.concatenate([t.scale[t.used].ravel() for t in problem.terms])
     first = lin.r * sigma
-    effect = (lin.j @ d) * sigma
+    step = np.zeros(lin.j.shape[1])
+    step[np.arange(problem.n) if columns is None else columns] = d
+    effect = (lin.j @ step) * sigma
     moved = problem.retract(np.atleast_2d(x), d[None])
     after = np.concatenate([res.value[res.used].ravel() for res in problem.residuals(moved)])
     beyond = after - first - effect

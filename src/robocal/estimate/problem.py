@@ -23,6 +23,7 @@ from robocal._record import cached_property, record, replace
 from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
 from robocal.estimate.evaluation import CHUNK, evaluate_all, evaluate_pieces, greatest_length
+from robocal.estimate.independent_columns import independent_groups
 from robocal.estimate.losses import LOSSES, TUNING, Loss, slopes
 from robocal.estimate.priors import add_shared
 from robocal.estimate.terms import Linear, Normal, ProblemTerm, Residuals, pieces, whiten_rows
@@ -40,9 +41,9 @@ _OF_TABLE = frozenset(
     "_start bounds has_bounds has_prior _any_prior prior_informs prior_root spread_root scales preference _pull _soft".split()
 )
 _OTHER_FREE = _OF_LAYOUT | {"_bare", "numbers", "aside", "pairs", "_start"}
-_OTHER_TERMS = _OF_COLUMNS | _OF_TABLE | {"pairs"}
+_OTHER_TERMS = _OF_COLUMNS | _OF_TABLE | {"pairs", "apart"}
 _OTHER_TABLE = _OF_ROWS | _OF_COLUMNS
-_OTHER_WEIGHTS = _OTHER_TABLE | _OF_TABLE
+_OTHER_WEIGHTS = _OTHER_TABLE | _OF_TABLE | {"apart"}
 
 
 @cache
@@ -199,21 +200,9 @@ class Problem(Unknowns):
                 r, jac, jloc = term.evaluate(values, these, first, some)
                 pull = np.zeros((hi - lo, some)) if touches else NOTHING
                 accumulate(
-                    r,
-                    jac,
-                    term.scale,
-                    heavy,
-                    term.configuration,
-                    term.columns,
-                    kind,
-                    tuning,
-                    bent,
-                    first,
-                    mine.cost,
-                    mine.g,
-                    mine.a,
-                    pull,
-                )
+                    r, jac, term.scale, heavy, term.configuration, term.columns, kind, tuning, bent, first, mine.cost, mine.g,
+                    mine.a, pull,
+                )  # fmt: skip
                 if touches:
                     accumulate_blocks(
                         r, jac, jloc, cut if term.touches[0] else 0, term.scale, pull, term.columns, *term.local, term.pair, kind, tuning,
@@ -251,6 +240,11 @@ class Problem(Unknowns):
     def pairs(self) -> Ints:
         """The pairs of blocks of both families that rows touch, (K, 2), in the order of `Normal.cross`."""
         return np.concatenate([np.zeros((0, 2), dtype=np.int64), *(t.pairs for t in self.terms)])
+
+    @cached_property
+    def apart(self) -> Ints:
+        """Groups of free columns of which no row touches two, (E, s)."""
+        return independent_groups(self.bound_terms, self.bounds, self.prior_root)
 
     @cached_property
     def numbers(self) -> Ints:

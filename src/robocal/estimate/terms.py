@@ -5,7 +5,7 @@ whitened residuals and Jacobians, row by row (`whiten_rows`).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import cache
 from itertools import pairwise
 from typing import Any, Protocol
@@ -188,10 +188,6 @@ class Linear:
     jm: Array
     hold: Array | None = None
     keep: Array | None = None
-
-    def columns(self, index: Ints) -> Linear:
-        """The same rows over some of the columns."""
-        return replace(self, j=self.j[:, index])
 
 
 @record

@@ -28,6 +28,7 @@ from robocal.estimate.elimination import Squares, beside_blocks, eliminate, redu
 from robocal.estimate.problem import Problem
 from robocal.estimate.schur.system import reduced
 from robocal.estimate.solution import Solution
+from robocal.estimate.sparse_rows import product
 from robocal.estimate.terms import Linear
 
 __all__ = [
@@ -213,7 +214,12 @@ def total(
 
 
 def uneven(
-    problem: Problem, x: Array, label: Ints | None = None, lin: Linear | None = None, known: Squares | None = None
+    problem: Problem,
+    x: Array,
+    label: Ints | None = None,
+    lin: Linear | None = None,
+    known: Squares | None = None,
+    columns: Ints | None = None,
 ) -> float:
     """How much larger the covariance of the estimate is than even noise would make it: 1 unless significantly more.
 
@@ -225,9 +231,9 @@ def uneven(
         E[1/n sum_u |Q_u^T (I - H_u)^(-1/2) r_u|^2] = 1
 
     When that is exceeded by three standard deviations, the jackknife's variance (exponent -1) over its value for even
-    noise is returned; `lin` is the problem linearised there, `known` its squares, where the caller has them. Where every
-    configuration has a block of its own, J is what these leave of it; of blocks that have few rows, or priors, nothing is said. Sources:
-    Bell and McCaffrey, Bias reduction in standard errors (2002); MacKinnon and White (1985).
+    noise is returned; `lin` is the problem linearised there, `known` its squares, where the caller has them; `columns` says which of `lin`
+    are the problem's. Where every configuration has a block of its own, J is what these leave of it; of blocks that have few rows, or
+    priors, nothing is said. Sources: Bell and McCaffrey, Bias reduction in standard errors (2002); MacKinnon and White (1985).
     """
     lin = reweight(problem.linearize(x) if lin is None else lin, problem)
     if not problem.n or len(lin.r) <= problem.n:
@@ -244,14 +250,16 @@ def uneven(
         ):
             return 1.0
         lin = replace(lin, j=beside_blocks(lin)[1])
-    scaled = lin.j * problem.scales
+    at = np.arange(problem.n) if columns is None else columns
     whole = known is not None and not problem.blocks and known.resolution == Squares.resolution
-    root = known.of(problem.free) * problem.scales if known is not None and whole else triangle(scaled)
-    _, values, vt = np.linalg.svd(triangle(np.vstack([root, problem.prior_root * problem.scales])))
+    root = known.of(problem.free) if known is not None and whole else triangle(lin.j[:, at])
+    _, values, vt = np.linalg.svd(triangle(np.vstack([root, problem.prior_root]) * problem.scales))
     sure = values > Squares.resolution * values.max(initial=0.0)
     # A direction that is nothing but rounding would have the leverage of rounding.
-    q = scaled @ (vt[sure].T / values[sure])
-    n = float(np.sum(q**2))
+    turn = np.zeros((lin.j.shape[1], int(sure.sum())))
+    turn[at] = problem.scales[:, None] * (vt[sure].T / values[sure])
+    q = product(lin.j, turn)
+    n = float(np.vdot(q, q))
     if not n:
         return 1.0
     counted = len(lin.r) - problem.repeated - own * blocks
@@ -260,7 +268,10 @@ def uneven(
     order = np.argsort(together, kind="stable")
     counts = np.unique(together, return_counts=True)[1]
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
-    gentle = jackknife = even = spread = 0.0
+    gentle = jackknife = spread = 0.0
+    shares: list[Array] = []
+    # Residuals are in units of their own spread, so what all components have in common does not scatter.
+    common = n / (len(lin.r) - own * blocks)
     for count in np.unique(counts):
         # Configurations with the same number of rows are treated together.
         rows = order[starts[counts == count][:, None] + np.arange(count)]
@@ -268,20 +279,40 @@ def uneven(
         # Of more rows than columns the other components have no leverage.
         short = part.shape[2] if part.shape[2] < count else count
         turned, full = np.swapaxes(part, 1, 2), short == count
-        values, vectors = np.linalg.eigh(part @ turned if full else turned @ part)
-        taken = np.minimum(values, MOST_KNOWN)
-        along = np.einsum("uab,ua->ub", vectors, left if full else np.einsum("uak,ua->uk", part, left)) ** 2
-        # |Q^T V f(w) V^T r|^2 = sum over components of (1 - w) f(w)^2 t^2, because Q Q^T = V (1 - w) V^T.
-        square = along * (taken if full else np.minimum(1.0, MOST_KNOWN / np.maximum(values, MOST_KNOWN)))
-        gentle += float(np.sum(square / (1 - taken)))
-        jackknife += float(np.sum(square / (1 - taken) ** 2))
-        even += float(np.sum(taken / (1 - taken)))
-        # Residuals are in units of their own spread, so what all components have in common does not scatter.
-        common = n / (len(lin.r) - own * blocks)
-        spread += float(np.sum(2 * (taken - common) ** 2)) + 2 * len(rows) * max(count - own - short, 0) * common**2
+        share = part @ turned if full else turned @ part
+        share, seen = _clip(share, left if full else (turned @ left[..., None])[..., 0], full)
+        # H and I - H commute: r^T H (I - H)^-k r needs no root of them, and Q^T r has one H already.
+        solved = np.linalg.solve(np.eye(short) - share, seen[..., None])[..., 0]
+        once = float(np.sum(seen * solved))
+        gentle += once - (float(np.sum(seen**2)) if full else 0.0)
+        jackknife += float(np.sum(solved**2)) - (once if full else 0.0)
+        shares.append(share)
+        taken = float(np.sum(np.trace(share, axis1=1, axis2=2)))
+        spread += 2 * (float(np.vdot(share, share)) - 2 * common * taken + len(rows) * short * common**2)
+        spread += 2 * len(rows) * max(count - own - short, 0) * common**2
     if gentle / n <= 1 + 3 * np.sqrt(spread) / n:
         return 1.0
+    even = sum(
+        float(np.sum(np.trace(np.linalg.inv(np.eye(h.shape[1]) - h), axis1=1, axis2=2) - h.shape[1])) for h in shares
+    )
     return max(jackknife / even, 1.0)
+
+
+def _clip(share: Array, seen: Array, full: bool) -> tuple[Array, Array]:
+    """Leverages H (U, k, k), none above `MOST_KNOWN`, and what is seen through them, (U, k): residuals, or where not `full` Q^T r."""
+    # No eigenvalue is beyond the largest sum of a row (Gershgorin).
+    if np.linalg.norm(share, np.inf, axis=(1, 2)).max(initial=0.0) < MOST_KNOWN:
+        return share, seen
+    try:
+        np.linalg.cholesky(MOST_KNOWN * np.eye(share.shape[1]) - share)
+    except np.linalg.LinAlgError:
+        values, vectors = np.linalg.eigh(share)
+        turned = np.swapaxes(vectors, 1, 2)
+        # |Q^T V f(w) V^T r|^2 = sum over components of (1 - w) f(w)^2 t^2, because Q Q^T = V (1 - w) V^T.
+        less = np.sqrt(np.minimum(1.0, MOST_KNOWN / np.maximum(values, MOST_KNOWN)))
+        along = (turned @ seen[..., None])[..., 0] * (1.0 if full else less)
+        return vectors * np.minimum(values, MOST_KNOWN)[:, None, :] @ turned, (vectors @ along[..., None])[..., 0]
+    return share, seen
 
 
 def quantile(dof: float = np.inf, level: float = LEVEL) -> float:

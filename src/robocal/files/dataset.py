@@ -26,7 +26,7 @@ from robocal.files.headers import self_description, vocabulary
 from robocal.files.kinds.kind import Around, KindFile
 from robocal.files.kinds.registry import readers_of
 from robocal.files.notation import TableNotation, table_notation
-from robocal.files.onething import new_distances, one_thing, refuse_again, target_remarks
+from robocal.files.onething import new_distances, one_thing, refuse_again, refuse_names_of_lens, target_remarks
 from robocal.files.orientation import frame_vector
 from robocal.files.robot import read_units
 from robocal.files.schema import FrameModel, validate
@@ -88,6 +88,7 @@ def read_datasets(
         taken |= {o.frame.name for o in made.dataset.observations if o.frame}
         total = made if total is None else total + made
     assert total is not None
+    refuse_names_of_lens(total.dataset)
     asked.finish()
     said = one_thing(total.dataset)
     warnings = total.warnings + unread_remarks(total.unread) + target_remarks(said, total.described)

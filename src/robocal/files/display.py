@@ -47,8 +47,8 @@ _PLANS: dict[type[Any], dict[str, Any]] = {}
 
 
 def display_unit(si: str) -> Unit:
-    """The unit in which errors in an SI unit are shown: mm, deg, px, or none."""
-    return ERRORS.get(si, UNITS.get(si, UNITS["1"]))
+    """The unit in which errors in an SI unit are shown: mm and deg, px, and what has no other name as it is."""
+    return MM_AND_DEG.of(si or "1")
 
 
 def to_display(part: type[P], found: object, speaks: Speaks = MM_AND_DEG, /, **beside: Any) -> P:

@@ -74,7 +74,7 @@ def vocabulary(chain: Model) -> tuple[str, ...]:
     """Every header that has a meaning in some table of this arm."""
     joints = names_of(chain)
     numbered = [f"{stem}{i}" for stem in ("q", "j") for i in range(1, len(joints) + 1)]
-    each = [f"{stem}.{name}" for stem in ("second", *PER_JOINT) for name in (*joints, *numbered)]
+    each = [f"{stem}.{name}" for stem in ("second", "speed", *PER_JOINT) for name in (*joints, *numbered)]
     groups = (*POSITIONS, *SIGMAS, *(names for names, _ in TURNS), *TURN_SIGMAS)
     others = [n for sections in OTHERS.values() for _, names, spread in sections for n in (*names, *spread)]
     located = [n for names in groups for n in names]
@@ -102,6 +102,8 @@ def self_description(table: CsvTable, chain: Model, kind: str | None) -> dict[st
         found = _load(table)
     else:
         found = _other(table, two) if kind is None or kind in OTHERS else None
+        if found is None and joints and kind in (None, "joint_torque"):
+            found = _torques(table, joints, kind)
     out |= _position_headers(table, two, kind, cables) if found is None else found
     if two:
         out["second"] = {"columns": second}
@@ -109,6 +111,9 @@ def self_description(table: CsvTable, chain: Model, kind: str | None) -> dict[st
         out["target"] = "target"
     group = {"group": "group"} if table.has("group") else {}
     out["configuration"] = configuration_columns(table) | group
+    if out.get("kind") == "joint_torque":
+        for name in out["torque"]["columns"]:
+            out["configuration"].pop(name, None)
     return out
 
 
@@ -157,6 +162,22 @@ def _load(table: CsvTable) -> dict[str, Any]:
         expected = f"one column {' or '.join(f'{n} [mm]' for n in LOADS)}, beside tension [N]"
         raise table.fail("these headers say of no load what it does", found=", ".join(table.names), expected=expected)
     return {"kind": there[0], there[0]: {"columns": there} | _sigma(table, LOADS[there[0]])}
+
+
+def _torques(table: CsvTable, joints: list[str], kind: str | None) -> dict[str, Any] | None:
+    """What the headers of torques at joints say, torque.j1 and speed.j1; None of a table with positions, where they are what the joints
+    bore, unless the kind is asked for. Raises FormatError where some joints have none."""
+    each = {key: [f"{key}.{name}" for name in joints] for key in ("torque", "speed")}
+    there = {key: [n for n in names if table.has(n)] for key, names in each.items()}
+    located = any(all(map(table.has, names)) for names in POSITIONS) or bool(matrices(table))
+    if kind is None and (located or not there["torque"]):
+        return None
+    for key, names in each.items():
+        lost = [n for n in names if n not in there[key]]
+        if lost and (key == "torque" or there[key]):
+            raise table.fail(f"a {key} of every joint is needed", column=lost[0], expected=", ".join(names))
+    speed = {"speed": {"columns": each["speed"]}} if there["speed"] else {}
+    return {"kind": "joint_torque", "torque": {"columns": each["torque"]}, **speed}
 
 
 def _other(table: CsvTable, two: bool) -> dict[str, Any] | None:

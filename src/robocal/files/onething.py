@@ -13,10 +13,11 @@ import numpy as np
 from robocal.errors import FormatError
 from robocal.files.unread import SHOWN
 from robocal.measure.data import DataSet, Frame, Observations
+from robocal.measure.pixels import LENS_FILE
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["UNSAID", "new_distances", "one_thing", "refuse_again", "target_remarks"]
+__all__ = ["UNSAID", "new_distances", "one_thing", "refuse_again", "refuse_names_of_lens", "target_remarks"]
 
 UNSAID = "unsaid"  # the option of a number of which its file says no more than the name
 NUMBERS = ("values", "free")
@@ -118,3 +119,19 @@ def refuse_again(made: DataSet, hashes: Mapping[str, str], known: dict[tuple[obj
             found, expected = f"as in {known[key].parent.name}/{known[key].name}", "every data file once"
             raise FormatError("the same measurements are given twice", file=obs.source, found=found, expected=expected)
         known[key] = Path(obs.source)
+
+
+def refuse_names_of_lens(data: DataSet) -> None:
+    """Raises FormatError where one file's lens is identified under two names: the error of its prior is one, and would be taken for two
+    that have nothing in common."""
+    known: dict[object, Observations] = {}
+    for obs in data.observations:
+        free, prior = obs.options.get("free", ()), obs.options.get("known", ())
+        if LENS_FILE not in obs.options or not set(free) & set(prior):  # type: ignore[call-overload]
+            continue
+        other = known.setdefault(obs.options[LENS_FILE], obs)
+        if other.options["camera"] != obs.options["camera"]:
+            found = f"{obs.options['camera']}, and {other.options['camera']} in {Path(other.source).name}"
+            expected = "one name for one camera; a file of its own for another camera"
+            message = "one lens has two names, and its prior would count twice"
+            raise FormatError(message, file=obs.source, key="camera.name", found=found, expected=expected)

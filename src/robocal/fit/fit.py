@@ -111,8 +111,8 @@ class Fit:
         dof = noise_dof(self.groups, u.dof)
         # Noise that was stated and stands is even; what a model leaves need not be.
         visits = places(self.data.configurations)
-        own = None if lin is None else lin.columns(every.column_of[problem.index])
-        more = np.sqrt(uneven(problem, x, visits, own, known)) if np.isfinite(dof) else 1.0
+        own = None if lin is None else every.column_of[problem.index]
+        more = np.sqrt(uneven(problem, x, visits, lin, known, own)) if np.isfinite(dof) else 1.0
         scales = scales_of(every, problem.free, x, self.data, known, lin, self.scale_errors)
         whole = total(every, problem.free, x, factor=u.factor * float(more), dof=dof, known=known)
         return u, add_scales(whole, scales), scales

@@ -5,10 +5,11 @@ from typing import Any
 
 from robocal.front.measurements import Measurements
 from robocal.front.verb_result import Found
+from robocal.session.drive.drive_group import IdentifiedDrives as _identify_IdentifiedDrives
 from robocal.session.drive.drive_result import IdentifiedDrive as _identify_IdentifiedDrive
 from robocal.session.drive.drive_table import DriveTable as _compensate_DriveTable
 from robocal.session.drive.drive_validation import DriveValidation as _validate_DriveValidation
-from robocal.verbs.drive.simulate.motor_trial import MotorTrial as _simulate_MotorTrial
+from robocal.session.drive.motor_trial import MotorTrial as _simulate_MotorTrial
 
 _Path = str | os.PathLike[str]
 _Given = _Path | Measurements | Found[Any]
@@ -26,10 +27,12 @@ def identify(
     method: str = 'harmonics',
     degree: int = 2,
     window: float = 5.0,
+    each: bool = False,
+    loaded: bool = False,
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
-) -> Found[_identify_IdentifiedDrive]:
+) -> Found[_identify_IdentifiedDrive | _identify_IdentifiedDrives]:
     """Find the cogging and the friction of a motor from logs of its drive.
 
     Lead the motor slowly with a proportional position loop: 3 deg/s, two turns, in both directions, without a load. Log time, angle, and
@@ -37,7 +40,7 @@ def identify(
 
     Takes
     logs: data.yaml of a log, or a CSV whose headers carry units; the slowest are fitted, the others compared.
-    columns: Columns of a CSV, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag.
+    columns: Columns of a CSV, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag; angle.left is that of motor left.
     orders: At most so many orders, 1 to 100.  [default: 20]
     phases: One lag for both directions, or phases of their own; auto: what held-out arcs prefer.  [default: 'auto']
     eccentric: The encoder may be off its centre: two numbers in place of sidebands.
@@ -46,12 +49,14 @@ def identify(
     method: Harmonics, or the seed document's table for each direction: harmonics, seed.  [default: 'harmonics']
     degree: Degree of the polynomials of method='seed', 2 to 3.  [default: 2]
     window: Window of method='seed' [deg], above 0 and at most 60.  [default: 5.0]
+    each: Every log is of a motor of its own: one table, and a folder for each.
+    loaded: The logs have a load: what comes once per turn is its weight.
     output: Folder for motor.yaml, drive.json and report.html.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
     Returns
-    Found: result (IdentifiedDrive, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    Found: result (IdentifiedDrive | IdentifiedDrives, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
     remarks, trusted and written.
 
     Raises InputError: it names the argument, what was found and what was expected.
@@ -62,6 +67,8 @@ def validate(
     log: _Given,
     *,
     columns: str | Sequence[str] = (),
+    beside: _Path | Sequence[_Path] = ...,
+    loaded: bool = False,
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
@@ -72,6 +79,8 @@ def validate(
     motor: The folder of rc.drive.identify, or its motor.yaml; or what identify gave and wrote.
     log: data.yaml of another log, or a CSV whose headers carry units.
     columns: Columns of a CSV, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag.
+    beside: Other runs of the same motor, whose tables are compared row by row.
+    loaded: The log has a load: what comes once per turn is its weight.
     output: Folder for validation.json and report.html.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.

@@ -1,10 +1,11 @@
 """What a drive asks of its motor: torque (N m) or current (A) at an angle that it moves through.
 
-    r = offset + coulomb d + viscous w + inertia a + gain c(theta, d) - y,    c: the cogging of `drives.cogging`
+    r = offset + coulomb d + viscous w + inertia a + p cos(theta) + q sin(theta) + gain c(theta, d) - y,    c: as in `drives.cogging`
 
 value (k, 1) and sigma (k, 1) in N m or A; extra["angle"] (k,) rad, extra["direction"] (k,) 1 or -1, extra["speed"] (k,) rad/s,
 extra["acceleration"] (k,) rad/s^2. options["log"] names the log, whose numbers are the sensor's zero `log.offset`, friction
-(`log.coulomb`, `log.viscous`) and `log.inertia`: loaded and detached, one motor has others.
+(`log.coulomb`, `log.viscous`), `log.inertia`, and the weight of a load, `log.weight_cos` p and `log.weight_sin` q: loaded and
+detached, one motor has others.
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ from robocal.measure.rows import Kind, Number, Rows, number_names
 
 __all__ = ["EffortRows", "effort_kind"]
 
-SINGLE = 8  # numbers before those of the orders: the log's four, lag, gain, and the encoder's two
+LOG = 6  # numbers of a log
+SINGLE = LOG + 4  # numbers before those of the orders: the log's, lag, gain, and the encoder's two
 EXPECTED = 10.0  # of numbers of a log, in SI: nothing is known of them
 
 
@@ -44,7 +46,8 @@ class EffortRows(Rows):
                 names += [order_names(n, changes)[part] for n in motor.orders]
         super().__init__((), obs, np.arange(len(obs)), builder.rows(names))
         self.angle, self.direction = obs.extra["angle"], np.ascontiguousarray(obs.extra["direction"], dtype=float)
-        self.fixed = np.stack([np.ones(len(obs)), self.direction, obs.extra["speed"], obs.extra["acceleration"]])
+        fixed = (np.ones(len(obs)), self.direction, obs.extra["speed"], obs.extra["acceleration"])
+        self.fixed = np.stack([*fixed, np.cos(self.angle), np.sin(self.angle)])
         # What was worked out of these rows once: the same whatever noise and free columns copies of them have.
         self._memory: dict[bool, tuple[Array, Array]] = {}
 
@@ -75,8 +78,8 @@ class EffortRows(Rows):
     def _one(self, values: Array, first: int, rows: int) -> tuple[Array, Array]:
         """What one problem predicts (m,), and its Jacobian (k, m)."""
         at, n, count = slice(first, first + rows), self.orders, len(self.orders)
-        d, fixed, (lag, gain, e_c, e_s) = self.direction[at], self.fixed[:, at], values[4:8]
-        part = values[8:].reshape(-1, count) if count else np.zeros((4, 0))
+        d, fixed, (lag, gain, e_c, e_s) = self.direction[at], self.fixed[:, at], values[LOG:SINGLE]
+        part = values[SINGLE:].reshape(-1, count) if count else np.zeros((4, 0))
         theta, moved = self.angle[at], bool(e_c or e_s)
         if moved:
             cos, sin = waves(theta + e_c * np.cos(theta) + e_s * np.sin(theta), n)
@@ -91,12 +94,12 @@ class EffortRows(Rows):
         curve = a @ cos + b @ sin
         if self.changes:
             curve += d * (part[2] @ cos + part[3] @ sin)
-        predicted = values[:4] @ fixed + gain * curve
+        predicted = values[:LOG] @ fixed + gain * curve
         out = np.empty((len(self.own), rows))
         if not len(self.own):
             return predicted, out
         slope = np.zeros(rows)
-        if set(self.own.tolist()) & {4, 6, 7}:
+        if set(self.own.tolist()) & {LOG, LOG + 2, LOG + 3}:
             slope = (n * b) @ cos - (n * a) @ sin
             if self.changes:
                 slope += d * ((n * part[3]) @ cos - (n * part[2]) @ sin)
@@ -121,7 +124,14 @@ def effort_kind(name: str, unit: str) -> Kind:
     speed, acceleration = (unit.replace(" ", "") + " " + per for per in ("s/rad", "s s/rad"))
     own = tuple(
         Number("log", symbol, of, expected=EXPECTED)
-        for symbol, of in (("offset", unit), ("coulomb", unit), ("viscous", speed), ("inertia", acceleration))
+        for symbol, of in (
+            ("offset", unit),
+            ("coulomb", unit),
+            ("viscous", speed),
+            ("inertia", acceleration),
+            ("weight_cos", unit),
+            ("weight_sin", unit),
+        )
     )
 
     def terms(builder: Builder, obs: Observations) -> list[Rows]:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from robocal._types import Array, Ints
+from robocal._types import Array, Bools, Ints
 from robocal.errors import ModelError
 from robocal.geometry import so3
 from robocal.measure.builder import Builder
@@ -23,6 +23,7 @@ from robocal.measure.rows import Kind, Number, Rows, number_names, register
 
 __all__ = ["BODY", "LOAD", "LoadRows", "of_platform"]
 
+FLAT = 1e-13  # tolerance: of W W^T, least eigenvalue by greatest, where rounding decides whether it has a root
 GRAVITY = 9.80665  # m/s^2, along -z of the base
 WHAT = "load cells"
 # Mass and centre of mass of the platform: held at what is stated unless they are free.
@@ -85,10 +86,11 @@ class LoadRows(PlatformRows):
         weight = np.zeros((*centre.shape[:2], 3))
         weight[..., 2] = -GRAVITY * body[:, :1]
         load = np.concatenate([weight, np.cross(centre, weight)], axis=-1)[..., self.axes]
-        root = np.linalg.cholesky(np.einsum("bkmi,bkmj->bkij", w, w))
+        root, held = root_of(np.einsum("bkmi,bkmj->bkij", w, w))
         r = np.linalg.solve(
             root, (np.einsum("bkmi,bkm->bki", w, np.broadcast_to(tension, w.shape[:3])) + load)[..., None]
         )[..., 0]
+        r[~held] = np.inf
         # A change of d_i and of the lever moves column i: du = (I - u u^T) dd / |d|.
         flat = (np.eye(3) - u[..., :, None] * u[..., None, :]) / far[..., None]
         change = np.zeros((*u.shape[:3], 6, 6))
@@ -113,6 +115,19 @@ class LoadRows(PlatformRows):
         by_pose += by_body[..., :6]
         ends_slope = by_end.transpose(0, 1, 3, 2, 4).reshape(*by_pose.shape[:3], 6 * m)
         return r, by_pose, np.concatenate([ends_slope, by_body[..., 6:]], axis=-1), own
+
+
+def root_of(square: Array) -> tuple[Array, Bools]:
+    """C (..., d, d) with C C^T = W W^T, and where there is one (...): cables that all pull alike carry no wrench, and a search that
+    tries such poses has to turn back."""
+    try:
+        return np.asarray(np.linalg.cholesky(square)), np.ones(square.shape[:-2], bool)
+    except np.linalg.LinAlgError:
+        known = np.asarray(np.isfinite(square).all(axis=(-2, -1)))
+        some = np.where(known[..., None, None], square, np.eye(square.shape[-1]))
+        spread = np.linalg.eigvalsh(some)
+        held = np.asarray(known & (spread[..., 0] > FLAT * spread[..., -1]))
+        return np.asarray(np.linalg.cholesky(np.where(held[..., None, None], some, np.eye(square.shape[-1])))), held
 
 
 def _root_moved(inner: Array, own: Array, r: Array) -> Array:

@@ -36,9 +36,10 @@ from robocal.measure.sights.views import SharedView, sights_of, views_of
 from robocal.parameters import FRAME_SYMBOLS, Parameter, Together
 from robocal.vision.camera import image_radius, model_of, project, unproject
 
-__all__ = ["EDGE", "GROWTH", "HALF_TURNS", "PIXELS", "PixelRows", "fold_of_lens", "rays"]
+__all__ = ["EDGE", "GROWTH", "HALF_TURNS", "LENS_FILE", "PIXELS", "PixelRows", "fold_of_lens", "rays"]
 
 HALF_TURNS = "half_turns"  # the option of observations in which half turns of the target are to be undone
+LENS_FILE = "lens file"  # the option that has the file of the lens, where it is of one
 GROWTH, EDGE = "growth", "edge"  # of points, and the symbol of what multiplies it
 
 CHUNK = 1 << 17  # numbers of the carrier's Jacobian at once

@@ -5,6 +5,9 @@ about the instrument's axes. A laser tracker with a 6D target, a camera that rep
 
 `options["scale"]` names an instrument that does not know how long a metre is, such as one camera without a marker of known size: its
 parameter `NAME.scale` s is what it reads a metre as, r = s p - p_y.
+
+`options["by_sight"]`: r and sigma are across and along the line from the instrument to the measured frame, not its own axes: turned by the
+least rotation B of p_y to z, r = (B (p - p_y), B log(R R_y^T)). A camera's errors lie so, wherever in its image the target is.
 """
 
 from __future__ import annotations
@@ -16,8 +19,9 @@ from robocal.geometry import se3, so3
 from robocal.measure.data import Observations
 from robocal.measure.rows import Carriers, Kind, Number, Rows, per_target, register
 
-__all__ = ["PARTS", "POSE", "SCALE", "PoseRows", "disturb"]
+__all__ = ["PARTS", "POSE", "SCALE", "SIGHT", "PoseRows", "disturb"]
 
+SIGHT = "by_sight"  # the option of observations whose errors lie along the line of sight
 PARTS = ((0, 3, "m"), (3, 6, "rad"))
 SCALE = Number("scale", "scale", "1", value=1.0, expected=1.0)  # of one camera, anything
 
@@ -30,6 +34,7 @@ class PoseRows(Rows):
         self.matrix = np.ascontiguousarray(se3.from_vector(self.value))
         self.metric = self.metric and not len(self.numbers)
         self.share: tuple[float, float] | None = obs.options.get("robot_share")  # type: ignore[assignment]
+        self.turn: Array | None = _to_sight(self.matrix[..., :3, 3]) if obs.options.get(SIGHT) else None
 
     def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
         from robocal.measure._kernels import pose_kernel
@@ -42,7 +47,7 @@ class PoseRows(Rows):
         pose_kernel(t, j, jl, self.matrix, batched, first, r)
         if len(self.numbers) and self.share is not None:
             self._divide(x, r, j, jl, *self.share)
-        return r, j, jl
+        return (r, j, jl) if self.turn is None else _turned(self.turn[batched, first : first + r.shape[1]], r, j, jl)
 
     def _divide(self, x: Array, r: Array, j: Array, jl: Array, share: float, usual: float) -> None:
         """Lengths by how the robot's share of their errors grows with the scale, g^2 = 1 - c + c (s / s_0)^2."""
@@ -72,6 +77,26 @@ class PoseRows(Rows):
             t = np.array(t)
             t[..., :3, 3] *= x[:, self.numbers[0], None, None]
         return se3.to_vector(t[0])
+
+
+def _to_sight(place: Array) -> Array:
+    """The least rotation (..., 3, 3) that turns places (..., 3) to z."""
+    far = np.linalg.norm(place, axis=-1, keepdims=True)
+    ahead = place / np.where(far > 0, far, 1.0)
+    x, y, z = np.moveaxis(ahead, -1, 0)
+    near = np.maximum(1 + z, np.finfo(float).tiny)
+    rows = ((1 - x * x / near, -x * y / near, -x), (-x * y / near, 1 - y * y / near, -y), (x, y, z))
+    return np.where(far[..., None] > 0, np.moveaxis(np.array(rows), (0, 1), (-2, -1)), np.eye(3))
+
+
+def _turned(by: Array, r: Array, j: Array, jl: Array) -> tuple[Array, Array, Array]:
+    """Both halves of residuals (b, m, 6) and of columns (b, m, 6, n), turned by rotations (b, m, 3, 3)."""
+    return _turn(by, r), _turn(by, j), _turn(by, jl)
+
+
+def _turn(by: Array, part: Array) -> Array:
+    columns = part.reshape(*part.shape[:2], 2, 3, int(np.prod(part.shape[3:])))
+    return np.asarray(np.einsum("bmij,bmhjn->bmhin", by, columns).reshape(part.shape))
 
 
 def disturb(value: Array, noise: Array) -> Array:

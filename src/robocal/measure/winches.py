@@ -19,7 +19,7 @@ from robocal._record import replace
 from robocal._types import Array
 from robocal.measure.builder import Builder
 from robocal.measure.cable.platform_rows import cable_names
-from robocal.measure.cable.winch_tensions import FRICTION, KT, friction_columns, winch_names
+from robocal.measure.cable.winch_tensions import FRICTION, KT, RATIO, friction_columns, ratio_of, winch_names
 from robocal.measure.data import Observations
 from robocal.measure.load import BODY, LoadRows, of_platform
 from robocal.measure.rows import Kind, Rows, numbers, register
@@ -83,6 +83,7 @@ def parameters(obs: Observations) -> list[Parameter]:
         return Parameter(name, known.get(symbol, usual), unit, symbol in loose, priors.get(symbol), expected=expected)
 
     made = [row(f"{own}.{KT}", KT, "N m/A", KT_USUAL, KT_EXPECTED)]
+    body.append(Parameter(f"{own}.{RATIO}", ratio_of(obs), "1/m", False))
     for cable in cable_names(obs, WINCH):
         made += [row(f"{own}.{cable}.{s}", s, u, 0.0, e) for s, u, e in zip(FRICTION, UNITS, EXPECTED, strict=True)]
     return [*body, *made]

@@ -85,7 +85,7 @@ def linearity_of(context: Decision[Model]) -> Linearity | None:
         root = rows_triangle(lin, loose.in_use[lin.configuration])
         own = loose.column_of[fit.problem.index]
         part = triangle(root[:, np.append(own, loose.n)])
-        fitted = one_step(fit.problem, context.start, units[0], lin.columns(own), part)
+        fitted = one_step(fit.problem, context.start, units[0], lin, part, own)
         if fitted is not None:
             bend = curvature(fit.problem, fit.solution.x, u.covariance * u.factor**2)
             return Linearity(fitted, one_step(loose, context.start, units[0], lin, root), bend)

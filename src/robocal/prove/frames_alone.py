@@ -32,6 +32,7 @@ from robocal.measure.machine import Model, freedom_of
 from robocal.prove.bands import row_bands
 from robocal.prove.evidence import Evidence, Gain
 from robocal.prove.pose_share import pose_share
+from robocal.prove.scale_share import scale_walk
 from robocal.prove.statistics import rms
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
@@ -61,9 +62,9 @@ def robot_share(model: Model, fit: Fit) -> RobotShare:
     if freedom_of(model) == () and all(o.second is None for o in fit.data.observations):
         share = pose_share(model, fit)
         allowed = share.robot + noise
-        return RobotShare(
-            float(np.sqrt(share.square / allowed)) if allowed > 0 else np.inf, share.covariance, share.errors
-        )
+        times = float(np.sqrt(share.square / allowed)) if allowed > 0 else np.inf
+        wandered = scale_walk(fit)
+        return RobotShare(times, share.covariance if wandered is None else wandered, share.errors)
     own = tuple(n for n in model.geometric if n in problem.table)
     every = problem.with_free((*problem.free, *own))
     lin = reweight(every.linearize(x), every)

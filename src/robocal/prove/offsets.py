@@ -142,7 +142,7 @@ def _fit_zeros(model: Model, fit: Fit, x: Array, zeros: Sequence[Zero]) -> _Foun
 
     def off() -> Total:
         visits = places(fit.data.configurations)
-        more = float(np.sqrt(uneven(chosen, start, visits, lin.columns(every.column_of[chosen.index]), known)))
+        more = float(np.sqrt(uneven(chosen, start, visits, lin, known, every.column_of[chosen.index])))
         return total(every, chosen.free, start, factor=u.factor * more, dof=max(float(u.dof), 1.0), known=known)
 
     # Why a zero stays: what it looks like, or that it is too small beside what offsets cannot explain.

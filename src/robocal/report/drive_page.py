@@ -60,8 +60,14 @@ def drive_sections(found: Any, written: Sequence[Path]) -> Iterator[Section]:
         "", type(table)(table.columns, table.rows, table.right, brief=BRIEF), title="Orders per turn", key="orders",
     )  # fmt: skip
     yield Section.of("", listing_table(found.log_listing), title="Logs", key="logs")
+    if len(found.fitted) > 1 or any(s.loaded for s in found.sweeps):
+        title = "Friction of each log, and its load"
+        yield Section.of("", listing_table(found.friction_listing), title=title, key="frictions")
     if found.other_logs:
         yield Section.of("", listing_table(found.other_listing), title="Logs that were held back", key="held")
+    methods = found.document.methods
+    if methods is not None:
+        yield Section.of("", listing_table(methods), title="Harmonics, and tables of the seed's method", key="methods")
     yield from ends(found.warnings, written)
 
 
@@ -117,6 +123,8 @@ def drive_pictures(found: Any) -> Iterator[Section]:
     told = "A twelfth of the turn: what was read (dots), and the curve that compensates it (lines)."
     svg = draw_curves(window, "angle [deg]", up, title="Read and compensated", text=told, key="compensated")
     yield Section.of("What was read, and what compensates", Figure(svg, told), key="figure-compensated")
+    if len(found.logs) > 1:
+        yield Section.of("Noise, and the speed of the sweep", _noise(found), key="figure-noise")
     if any(e.any() for e in found.escaped):
         yield Section.of("Where the rotor escaped", _escapes(found, raw, classes, seen, up), key="figure-escapes")
     left = found.left_amplitudes
@@ -132,6 +140,24 @@ def drive_pictures(found: Any) -> Iterator[Section]:
         curves, "order per turn", f"log10 of the amplitude [{unit}]", title="Orders", text=told, key="spectrum"
     )
     yield Section.of("Orders, and the floor of noise", Figure(svg, told), key="figure-orders")
+
+
+def _noise(found: Any) -> Figure:
+    """The noise of each log beside its cogging, at its speed: why faster sweeps are not fitted."""
+    size = float(np.sqrt(np.sum(found.taken.motor.cogging.amplitudes**2) / 2)) or 1.0
+    first = found.logs[0]
+    speed = first.in_angle_unit([log.sweep.median_speed for log in found.logs])
+    share = np.array([p.noise for p in found.log_shares]) / size
+    fitted = np.isin(np.arange(len(speed)), found.fitted)
+    order = np.argsort(speed, kind="stable")
+    curves = [AngleCurve(speed[order], share[order], "scatter")]
+    for some, dots in ((fitted, "held"), (~fitted, "aside")):
+        if some.any():
+            curves.append(AngleCurve(speed[some], share[some], dots=dots))
+    told = "Noise of each log, by the size of the cogging (rms), at its speed: diamonds are fitted, crosses held back."
+    across = f"speed [{first.speed_unit}]"
+    svg = draw_curves(curves, across, "noise / cogging", title="Noise and speed", text=told, key="noise")
+    return Figure(svg, told)
 
 
 def _period(found: Any) -> float:

@@ -43,13 +43,14 @@ def speed_pictures(found: Any) -> Iterator[Section]:
         at = np.degrees(np.abs(sweep.angle[some] - sweep.angle[some][0]))
         order = np.argsort(at, kind="stable")
         effort.append(AngleCurve(at[order], sweep.effort[some][order], CLASSES[word]))
-        mean = float(np.mean(sweep.speed[rows]))
-        speed.append(AngleCurve(at[order], sweep.speed[some][order] - mean, CLASSES[word]))
+        off = found.log.in_angle_unit(sweep.speed[some] - np.mean(sweep.speed[rows]))
+        speed.append(AngleCurve(at[order], off[order], CLASSES[word]))
     if not effort:
         return
     told = "A sixth of a turn after two turns: compensated (solid), and not (dashed)."
     svg = draw_curves(effort, "angle [deg]", f"effort [{unit}]", title="Effort", text=told, key="effort")
     yield Section.of("Effort with and without compensation", Figure(svg, told), key="figure-effort")
     told = "The speed less its mean, over the same sixth of a turn."
-    svg = draw_curves(speed, "angle [deg]", "speed less its mean [rad/s]", title="Speed", text=told, key="speed")
+    up = f"speed less its mean [{found.log.speed_unit}]"
+    svg = draw_curves(speed, "angle [deg]", up, title="Speed", text=told, key="speed")
     yield Section.of("Speed with and without compensation", Figure(svg, told), key="figure-speed")

@@ -8,9 +8,32 @@ from typing import Annotated
 from robocal.verbs.option import Arg, Option
 
 __all__ = [
-    "AnyRobot", "Base", "CableRobot", "CableTension", "Data", "Diameter", "Exclude", "Force", "Frame", "History", "Kind", "MomentLength",
-    "Noise", "OutputFile", "Payload", "PlatformBody", "PlatformMass", "PlatformPoses", "Relief", "Robot", "Sag", "Seed", "TensionLimits",
-    "TensionMethod", "Tip",
+    "KINDS",
+    "AnyRobot",
+    "Base",
+    "CableRobot",
+    "CableTension",
+    "Data",
+    "Diameter",
+    "Exclude",
+    "Force",
+    "Frame",
+    "History",
+    "Kind",
+    "MomentLength",
+    "Noise",
+    "OutputFile",
+    "Payload",
+    "PlatformBody",
+    "PlatformMass",
+    "PlatformPoses",
+    "Relief",
+    "Robot",
+    "Sag",
+    "Seed",
+    "TensionLimits",
+    "TensionMethod",
+    "Tip",
 ]  # fmt: skip
 
 Robot = Annotated[

@@ -83,6 +83,13 @@ def project(points: Array, intrinsics: Array) -> tuple[Array, Array, Array]:
     return uv, slope @ by, _answer(x, y, intrinsics)
 
 
+def seen_from(points: Array, intrinsics: Array) -> tuple[Array, Array]:
+    """The same with the Jacobians by the points alone, (..., 2, 3)."""
+    x, y, by = _flatten(points, intrinsics)
+    uv, slope = _place(x, y, intrinsics)
+    return uv, slope @ by
+
+
 def _flatten(points: Array, intrinsics: Array) -> tuple[Array, Array, Array]:
     """The undistorted x and y (...) of points, and their derivatives (..., 2, 3)."""
     px, py, pz = np.moveaxis(points, -1, 0)

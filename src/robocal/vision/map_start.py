@@ -16,7 +16,7 @@ import numpy as np
 from robocal._record import record
 from robocal._types import Array, Bools, Ints
 from robocal.geometry import se3
-from robocal.vision.camera import image_of, project
+from robocal.vision.camera import image_of, seen_from
 
 __all__ = ["MapStart", "MarkerSights", "grow_map"]
 
@@ -82,7 +82,7 @@ class _Growth:
     def errors(self, some: Ints, camera_marker: Array) -> Array:
         """What sights are off by at T_camera_marker (..., s, 4, 4), in their extents, (..., s)."""
         t = camera_marker
-        seen = np.einsum("...sij,skj->...ski", t[..., :3, :3], self.sights.points[some]) + t[..., None, :3, 3]
+        seen = self.sights.points[some] @ np.swapaxes(t[..., :3, :3], -2, -1) + t[..., None, :3, 3]
         with np.errstate(all="ignore"):
             off = np.linalg.norm(image_of(seen, self.lens) - self.sights.corners[some], axis=-1)
             off = np.sqrt(np.square(off).mean(axis=-1)) / self.extent[some]
@@ -189,31 +189,33 @@ class _Growth:
         """Views, then markers, a step of Gauss and Newton each, by what sights leave that are near."""
         s = self.sights
         use = np.flatnonzero(self.located[s.view] & self.placed[s.marker])
+        points, corners, extent = s.points[use], s.corners[use], self.extent[use, None, None]
         for turn in range(2 * rounds):
             of_view = turn % 2 == 0
             t = self.view[s.view[use]] @ self.marker[s.marker[use]]
-            lever = np.einsum("sij,skj->ski", t[:, :3, :3], s.points[use])
+            lever = points @ np.swapaxes(t[:, :3, :3], 1, 2)
             with np.errstate(all="ignore"):
-                uv, by, _ = project(lever + t[:, None, :3, 3], self.lens)
-            left = (uv - s.corners[use]) / self.extent[use, None, None]
+                uv, by = seen_from(lever + t[:, None, :3, 3], self.lens)
+            left = (uv - corners) / extent
             size = np.sqrt(np.square(left).sum(axis=2).mean(axis=1))
             scale = max(3 * float(np.median(size)), WEAK)
             good = np.isfinite(size) & ((lever[:, :, 2] + t[:, None, 2, 3]) > 0).all(axis=1)
             weight = np.where(good, 1 / (1 + (np.where(good, size, 0.0) / scale) ** 2), 0.0)
             if not of_view:  # motions in map axes
                 turned = self.view[s.view[use]][:, :3, :3]
-                lever = np.einsum("sji,skj->ski", turned, lever)
+                lever = lever @ turned
                 by = by @ turned[:, None]
             else:
                 lever = lever + t[:, None, :3, 3] - self.view[s.view[use]][:, None, :3, 3]
-            by = np.concatenate([by, -by @ _skew(lever)], axis=3) / self.extent[use, None, None, None]
+            by = np.concatenate([by, -by @ _skew(lever)], axis=3) / extent[..., None]
             by = np.where(good[:, None, None, None], by, 0.0).reshape(len(use), 8, 6)
             left = np.where(good[:, None, None], left, 0.0).reshape(len(use), 8)
             own = s.view[use] if of_view else s.marker[use]
             poses = self.view if of_view else self.marker
             a, g = np.zeros((len(poses), 6, 6)), np.zeros((len(poses), 6))
-            np.add.at(a, own, np.einsum("s,sri,srj->sij", weight, by, by))
-            np.add.at(g, own, np.einsum("s,sri,sr->si", weight, by, left))
+            heavy = np.swapaxes(by * weight[:, None, None], 1, 2)
+            np.add.at(a, own, heavy @ by)
+            np.add.at(g, own, (heavy @ left[..., None])[..., 0])
             some = np.unique(own)
             some = some[np.linalg.norm(a[some], axis=(1, 2)) > 0]
             size_ = np.sqrt(np.maximum(np.einsum("mii->mi", a[some]), 1e-30))

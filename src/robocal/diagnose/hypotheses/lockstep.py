@@ -125,16 +125,21 @@ class _State:
         self.width = 0 if held is None else len(self.sigma)
         self.moved = np.zeros((b, self.width))
         self.rows = np.broadcast_to(np.arange(b)[:, None], (b, k))
+        self.still: tuple[Array, Array] | None = None  # the poses, until the arm's own numbers move
 
     def poses(self, jacobian: bool = False) -> tuple[Array, Array]:
         """T (B, k, 4, 4) of the tool and, if asked for, how it moves with the arm's numbers (B, k, 6, width)."""
+        jacobian = jacobian and self.entries is not None
+        if self.still is not None and not jacobian:
+            return self.still
         b, k = self.size
         q = (self.trials.joints + self.zeros[:, None]).reshape(b * k, -1)
         extra = {name: np.tile(v, b) for name, v in self.trials.columns.items()}
         phi = self.chain.phi(q, extra, self.program).reshape(b, k, -1)
-        if jacobian and self.entries is not None:
+        if jacobian:
             return self.program.run(self.theta, phi, self.entries, self.width)
-        return self.program.run(self.theta, phi)
+        self.still = self.program.run(self.theta, phi)
+        return self.still
 
     def start(self) -> None:
         """Of the closed forms the one that leaves least: hand-eye asks for orientations that differ, points for places."""
@@ -283,6 +288,7 @@ class _State:
         if self.width:
             move = d[:, 6 * (frames + things) :]
             self.moved += move
+            self.still = None
             own = len(self.index)
             self.theta[:, self.index] += move[:, :own]
             self.zeros += move[:, own:]

@@ -53,9 +53,9 @@ class Steps:
         large = n > LARGE or problem.sizes[1][1] > 0
         self.system = None
         if large:
-            from robocal.estimate.schur.system import structure
+            from robocal.estimate.schur.arrowhead import system_of
 
-            self.system = structure(n, problem.sizes, problem.pairs)
+            self.system = system_of(problem)
 
     def propose(self, normal: Normal, value: Array, away: Bools, lam: Array, predicted: Array, reason: Ints) -> int:
         """For every running problem: scale, hold columns at their bounds, solve, and say why to stop, in `reason` (B,); see

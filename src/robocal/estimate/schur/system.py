@@ -27,7 +27,7 @@ from robocal import _scipy as scipy
 from robocal._types import Array, Bools, Ints
 from robocal.estimate.terms import Normal, Sizes
 
-__all__ = ["System", "information", "invert_blocks", "reduced", "structure"]
+__all__ = ["System", "information", "invert_blocks", "reduced", "structure", "work"]
 
 BLIND = 1e-13  # of the largest eigenvalue of a block with unit diagonal
 
@@ -225,7 +225,7 @@ def _dense(s: Array, v: Array) -> bool:
 
 def structure(n: int, sizes: Sizes, pairs: Ints) -> System:
     """The system of n free columns and two families, (blocks, columns of a block) each, whose blocks meet in pairs (K, 2)."""
-    choices = [(_work(out, n, sizes, pairs), out) for out in (0, 1) if sizes[out][0] or not out]
+    choices = [(work(out, n, sizes, pairs), out) for out in (0, 1) if sizes[out][0] or not out]
     return System(min(choices)[1], n, sizes, pairs)
 
 
@@ -243,7 +243,7 @@ def _band_order(mine: Ints, met: Ints, count: int, others: int) -> tuple[Ints, i
     return order, int(np.abs(rank[rows] - rank[columns]).max(initial=0))
 
 
-def _work(out: int, n: int, sizes: Sizes, pairs: Ints) -> float:
+def work(out: int, n: int, sizes: Sizes, pairs: Ints) -> float:
     """Operations of one solution, about."""
     (count, size), (others, wide) = sizes[out], sizes[1 - out]
     width = np.bincount(pairs[:, out], minlength=max(count, 1)) * wide + n

@@ -16,7 +16,7 @@ from robocal._record import record
 from robocal._types import Array
 from robocal.errors import one_of
 from robocal.files.schema import FileModel, Name, Version
-from robocal.files.units import UNITS, Unit
+from robocal.files.units import UNITS, Unit, Units
 from robocal.files.yamlio import Path_, YamlDocument, path_text
 
 __all__ = [
@@ -134,7 +134,7 @@ class CableUnits:
             "N/m": Unit(f"{force.name}/{length.name}", si, force.factor / length.factor),
             "kg m2": Unit(f"{mass.name} {length.name}2", si, mass.factor * length.factor**2),
         }
-        return made.get(si, UNITS["1"])
+        return made.get(si) or Units(length, self.angle).of(si or "1")
 
 
 @dataclass

@@ -4,7 +4,8 @@ reachable poses and programs for a controller, which are read back as either.
 id, x [m], y [m], z [m], rx [deg], ry [deg], rz [deg]       a pose: translation and rotation vector (none where it does not turn)
 id, c1 [m], c2 [m], ...                                     lengths as the sensors show them, one column per cable
 id, c1.geometric [m], c2.geometric [m], ...                 the same where the cables stretch and nobody said by how much
-c1.tension [N], c2.tension [N], ...                         in either, where cables stretch or sag
+c1.current [A], ..., c1.speed [mm/s], ...                   in either, in place of tensions: of winches that a run has identified
+c1.tension [N], c2.tension [N], ...                         in either, where cables stretch or sag; t1 [N], t2 [N], ... with poses too
 fx [N], fy, fz, mx [Nm], my, mz                             with poses: what else pulls at the platform, base axes
 id, x [m], ..., rz [deg], c1 [m], ..., c1.tension [N], ..., lambda, limit, contact, rank     poses.csv
 id, x [m], ..., rz [deg], c1 [m], ..., c1.tension [N], ..., pose, way, share                 program.csv
@@ -27,6 +28,7 @@ from robocal.files.csvtable import CsvTable, read_csv
 from robocal.files.headers import IDS, row_names
 from robocal.files.kinds.kind import column_units, unit_rows
 from robocal.files.orientation import quaternion
+from robocal.files.units import is_unit, parse_unit
 from robocal.files.unread import left_over, unread_remarks
 from robocal.files.yamlio import YamlDocument
 from robocal.geometry import se3, so3
@@ -65,9 +67,9 @@ COLUMNS = (
 
 @record(eq=False)
 class CableList:
-    """Names of the rows, their values in SI (poses (k, 4, 4) or lengths (k, m)), and where given tensions (k, m) and
-    wrenches (k, 6); lengths are `geometric`, or as the sensors show them; `lines` are the rows as an editor numbers them, `sha256` is
-    that of the file, `warnings` are what is odd about it."""
+    """Names of the rows, their values in SI (poses (k, 4, 4) or lengths (k, m)), and where given tensions (k, m), wrenches (k, 6), and
+    currents (k, m) of winches with speeds (k, m), m/s; lengths are `geometric`, or as the sensors show them; `lines` are the rows as an
+    editor numbers them, `sha256` is that of the file, `warnings` are what is odd about it."""
 
     names: tuple[str, ...]
     values: Array
@@ -77,6 +79,8 @@ class CableList:
     sha256: str = ""
     warnings: tuple[Remark, ...] = ()
     geometric: bool = False
+    current: Array | None = None
+    speed: Array | None = None
 
 
 def read_platform_poses(path: str | os.PathLike[str], robot: CableRobot) -> CableList:
@@ -125,7 +129,27 @@ def _unread(table: CsvTable, robot: CableRobot, known: Sequence[str]) -> tuple[R
 
 def _list(table: CsvTable, values: Array, robot: CableRobot) -> CableList:
     lines = tuple(int(line) for line in table.lines)
-    return CableList(row_names(table, "rows"), values, _tensions(table, robot), lines=lines, sha256=table.sha256)
+    tension, (current, speed) = _tensions(table, robot), _currents(table, robot)
+    if tension is not None and current is not None:
+        raise table.fail(
+            "tensions are given twice", column=f"{robot.cables[0]}.current", expected="tensions or currents"
+        )
+    return CableList(
+        row_names(table, "rows"), values, tension, lines=lines, sha256=table.sha256, current=current, speed=speed
+    )
+
+
+def _currents(table: CsvTable, robot: CableRobot) -> tuple[Array | None, Array | None]:
+    """Currents (k, m) in A and speeds (k, m) in m/s, where there are any."""
+    found: list[Array | None] = []
+    for what, si in (("current", "A"), ("speed", "m/s")):
+        names = [f"{cable}.{what}" for cable in robot.cables]
+        found.append(_columns(table, names, (si,) * len(names)) if _given(table, names) else None)
+    if found[0] is None and found[1] is not None:
+        raise table.fail(
+            "speeds without currents", column=f"{robot.cables[0]}.speed", expected=f"{robot.cables[0]}.current [A]"
+        )
+    return found[0], found[1]
 
 
 def _beyond(robot: CableRobot, rows: CableList) -> tuple[Remark, ...]:
@@ -152,12 +176,36 @@ def _columns(table: CsvTable, names: Sequence[str], si: Sequence[str]) -> Array:
 
 
 def _tensions(table: CsvTable, robot: CableRobot) -> Array | None:
-    names = [f"{cable}.tension" for cable in robot.cables]
-    if not _given(table, names):
+    names = _tension_names(table, robot)
+    if not names:
         return None
     found = _columns(table, names, ("N",) * len(names))
     table.insist(~(found < 0), names, "a cable cannot push", found, expected="0 N or more")
     return found
+
+
+def _tension_names(table: CsvTable, robot: CableRobot) -> list[str]:
+    """The columns of tensions: c1.tension, or with a unit of force c1 or t1, which counts the cables in the robot's order; none where no
+    list of them is whole. Raises FormatError for one of c1.tension that is missing."""
+    named = [f"{cable}.tension" for cable in robot.cables]
+    if _given(table, named):
+        return named
+    forces = {n for n, unit in zip(table.names, table.units, strict=True) if _is_force(unit)}
+    counted = [f"t{i + 1}" for i in range(len(robot.cables) + 1)]
+    if counted[-1] in forces:
+        raise table.fail("a tension of no cable", column=counted[-1], expected=", ".join(named))
+    for names in (list(robot.cables), counted[:-1]):
+        there = [n for n in names if n in forces]
+        if there and len(there) < len(names):
+            lost = next(n for n in names if n not in forces)
+            raise table.fail("a tension of every cable is needed", column=lost, expected=f"{lost} [N]")
+        if there:
+            return names
+    return []
+
+
+def _is_force(unit: str | None) -> bool:
+    return unit is not None and is_unit(unit) and parse_unit(unit).si == "N"
 
 
 def _given(table: CsvTable, names: Sequence[str]) -> list[str]:

@@ -30,7 +30,7 @@ from robocal.files.text import InputFile
 from robocal.files.units import UNITS, Units, number
 from robocal.files.yamlio import YamlDocument, read_json
 from robocal.measure.data import Observations
-from robocal.measure.pixels import HALF_TURNS
+from robocal.measure.pixels import HALF_TURNS, LENS_FILE
 from robocal.vision.camera import MODELS, SYMBOLS, model_of
 from robocal.vision.lenses import Lens
 
@@ -104,6 +104,7 @@ def read_pixels(model: PixelsModel, table: CsvTable, document: YamlDocument) -> 
         "free": _free(model.camera, lens, document),
     }
     options |= {"known": lens.known, "covariance": lens.covariance} if lens.known else {}
+    options |= {LENS_FILE: files[0].file} if files else {}
     options |= {"size": size} if size else {}
     options |= {HALF_TURNS: True} if model.half_turns else {}
     if model.scale is not None and model.scale.free:

@@ -62,7 +62,7 @@ def parts(model: JointTorqueModel, values: Values, around: Around) -> Sequence[P
     return [Part(np.repeat(np.arange(rows), many), each, targeted=False)]
 
 
-TORQUE_KEYS = """torque: {{columns: [torque.j1, torque.j2], unit: Nm, sigma: 0.2}}    # of every joint, behind its gear
-speed: {{columns: [speed.j1, speed.j2], unit: {angle}/s}}    # left out: friction has no direction, and is not identified
+TORQUE_KEYS = """torque: {{columns: [{torques}], unit: {torque_unit}, sigma: 0.2}}    # of every joint, behind its gear
+speed: {{columns: [{speeds}], unit: {speed_unit}}}    # both directions; left out: friction is not identified
 """
 JOINT_TORQUE = KindFile(JointTorqueModel, read_torques, write_each, TORQUE_KEYS, parts=parts)

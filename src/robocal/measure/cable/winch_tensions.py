@@ -15,9 +15,10 @@ from robocal.measure.builder import Builder
 from robocal.measure.cable.platform_rows import cable_names
 from robocal.measure.data import Observations
 
-__all__ = ["FRICTION", "KT", "WinchTensions", "friction_columns", "ratio_of", "winch_names"]
+__all__ = ["FRICTION", "KT", "RATIO", "WinchTensions", "friction_columns", "ratio_of", "winch_names"]
 
 KT, FRICTION = "kt", ("coulomb", "viscous")
+RATIO = "ratio"  # of a gear by the radius of its drum, 1/m: stated, and kept with what was found
 WHAT = "a winch for every cable"
 
 

@@ -267,3 +267,35 @@ class CableRemarks:
         "the loads leave the {what} of the cable between {low:.3g} and {high:.3g} (95 %), and every cable has one above zero",
         "Check units and columns of the loads, and that larger elongations count up. Else measure more loads, farther apart.",
     )
+    TENSIONS_FROM_CURRENTS = Phrase(
+        "tensions follow from the currents, {low:.4g~} to {high:.4g}, by winches that the run has identified: friction is up to "
+        "{friction:.3g} of them"
+    )
+    LOADS_UNLIKE = Phrase(
+        "the loads say {found:.4g} of the {what} of the cable, the robot's file {stated:.4g}: {times:.4g} times as much",
+        "Check units and columns of the loads (tension, {reading}, {length}), and the {what} in the robot's file.",
+    )
+    LOADS_OTHER = Phrase(
+        "the loads say {low:.4g~} to {high:.4g} (95 %) of the {what} of the cable, the robot's file {stated:.4g}",
+        "Write {found:.4g} into the robot's file, as {key}.",
+    )
+    LOADS_ROW = Phrase(
+        "{file}, row {row}: the {reading} of {found:.4g} is far from all other loads, which say {told:.4g}[; it was not counted{aside}]",
+        "Correct this row, or remove it.",
+    )
+    LOADS_COPIED = Phrase(
+        "{file}: {count} of {of} loads repeat others to the last digit, such as row {row}",
+        "Give every measurement once: what is given twice counts twice.",
+    )
+    LOADS_UNEXPLAINED = Phrase(
+        "with the tension the loads vary by {share:.0%} of what those of such a cable would (the fit of the {what})",
+        "Check units and columns of the loads, and that each row is of one load.",
+    )
+    CABLE_HANGS_SLACK = Phrase(
+        "{pose}: the tension of {cable}, {tension:.3g}, does not carry its weight[; so at {more} more poses]",
+        "Choose a greater tension there.",
+    )
+    TENSIONS_BEYOND = Phrase(
+        "the tensions of the list are {low:.4g~} to {high:.4g}, the robot's file allows {least:.4g~} to {most:.4g}",
+        "Check the unit of the tensions, and the tension limits in the robot's file.",
+    )

@@ -10,6 +10,12 @@ __all__ = ["DriveRemarks"]
 class DriveRemarks:
     """Of sweeps, of orders, and of what a log cannot tell."""
 
+    DRIVE_GAIN_PROVEN = Phrase(
+        "the mean error of the effort on unseen arcs falls by {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g}"
+    )
+    DRIVE_GAIN_NOT_PROVEN = Phrase(
+        "the mean error of the effort on unseen arcs does not fall significantly: {gain:.4g}, 95 % interval {low:.4g~} to {high:.4g}"
+    )
     DRIVE_ONE_DIRECTION = Phrase(
         "the log of {log} moves in one direction only: nothing tells lag and friction apart from the torque",
         "Sweep back over the same angles, and log both.",
@@ -35,7 +41,7 @@ class DriveRemarks:
         "Correct the unit of the effort, or its torque constant.",
     )
     DRIVE_SPEED_HIDES = Phrase(
-        "a table of positions explains {share:.0%} of the effort on unseen arcs: at {speed:.3g} rad/s the speed hides the torque",
+        "a table of positions explains {share:.0%} of the effort on unseen arcs: at {speed:.3g} {unit} the speed hides the torque",
         "Sweep slowly, at about 3 deg/s, led by a proportional position loop.",
     )
     DRIVE_EXPLAINS_LITTLE = Phrase(
@@ -54,6 +60,15 @@ class DriveRemarks:
         "the orders are {times} times those of a motor with {slots} slots and {poles} poles: the angle may be that of a gear's output",
         "Log the angle of the motor's own shaft, or divide by the gear's ratio.",
     )
+    DRIVE_ELECTRICAL = Phrase(
+        "the effort comes again after {pairs} turns of the logged angle, not after one: it may be an electrical angle, or that of a gear's "
+        "input",
+        "Log the angle of the motor's own shaft.",
+    )
+    DRIVE_WEIGHT = Phrase(
+        "{share:.0%} of the variance of the curve comes once per turn, as the weight of a load does: the table has it as cogging",
+        "If a load hangs on the shaft, detach it, or say so (--loaded): its weight is then a number of the log.",
+    )
     DRIVE_SLOTS_UNLIKE = Phrase(
         "{slots} slots and {poles} poles name {share:.0%} of the variance of the orders",
         "Count the slots and poles again[: {others} would name the strongest orders].",
@@ -71,12 +86,20 @@ class DriveRemarks:
         "Raise the gain of the position loop, and sweep again.",
     )
     DRIVE_LONE_ROWS = Phrase("{count} rows of {log} stand alone, far from the rows around them, and are left out")
+    DRIVE_STRANGE = Phrase(
+        "{motor} is unlike the other motors: its {what} is {value:.3g} {unit}, theirs {low:.3g} to {high:.3g} {unit}",
+        "Look at its bearings, its load and its wiring, and sweep it again.",
+    )
+    DRIVE_REPEATED_ROWS = Phrase(
+        "{count} rows of {log} repeat the row before, as a logger faster than its drive writes them: left out"
+    )
+    DRIVE_TIME_ANEW = Phrase("time starts anew in line {lines} of {log}: read as {count} sweeps, one after the other")
     DRIVE_TABLE_LOST = Phrase(
         "{lost:.3g} deg of the tables have no reading near, in neither direction",
         "Log more often, or take a wider --window.",
     )
     DRIVE_HELD_BACK = Phrase(
-        "the log of {log}, at {speed:.3g} rad/s, is held back: the table alone explains {alone:.0%} of its effort"
+        "the log of {log}, at {speed:.3g} {unit}, is held back: the table alone explains {alone:.0%} of its effort"
     )
     DRIVE_OTHER_MOTOR = Phrase(
         "the log of {log} shows {gain:.2g} times the curve of this table, and harmonics of the same orders explain {best:.0%} of it: it is "
@@ -84,9 +107,14 @@ class DriveRemarks:
         "Identify that motor by itself.",
     )
     DRIVE_OTHER_ZERO = Phrase(
-        "the table explains {share:.0%} of the log of {log} once its angle is[ {reversed} and] moved by {shift:.2f} deg, and {alone:.0%} "
-        "as it is",
+        "the table explains {share:.0%} of the log of {log} once its angle is[ {reversed} and] moved by {shift:.4g} {unit}[, and its "
+        "effort {negative}], and {alone:.0%} as it is",
         "Let the encoder count from its index, in the direction of the sweep.",
+    )
+    DRIVE_OTHER_SIGN = Phrase(
+        "the table explains {share:.0%} of the log of {log} once its effort has the other sign[, and its angle is moved by {shift:.4g} "
+        "{unit}], and {alone:.0%} as it is",
+        "Give the effort the sign that it had in the sweep.",
     )
     DRIVE_NO_POSITION_TABLE = Phrase(
         "where the motor runs rough, no table of positions explains more than {best:.0%}: inertia carries the rotor through its cogging"

@@ -100,6 +100,10 @@ class VisionRemarks:
         "{count} of {total} markers were fitted by their four edges, for their pixels do not agree with their cells: {views}",
         "Give more light, and keep fingers, shadows, glare and dirt off the markers: these corners are less exact.",
     )
+    LENS_BENDS = Phrase(
+        "edges of {count} of {total} markers are straighter without the lens that was given: it bends them more than the camera does",
+        "Give the lens of this camera at this focus (--lens), or none: robocal vision intrinsics finds it.",
+    )
     MARKER_DROPPED = Phrase(
         "{count} markers were found and left out, for neither pixels nor edges agree with them: {views}",
         "Look at their pictures (-o corners.csv writes a page): a marker should be free, clean and flat.",

@@ -21,6 +21,7 @@ from robocal.cables.hanging import hang
 from robocal.cables.pulley import Pulleys, run
 from robocal.cables.tension import hold
 from robocal.diagnose.cables.columns import ANCHORS, AXES, LENGTHS
+from robocal.diagnose.cables.currents import ALIKE, GAIN, ROW, SWAPPED, TURNED, UNBALANCED, UNLIKE
 from robocal.diagnose.cables.factors import OTHER_UNIT_OF, TURNED_ROUND
 from robocal.diagnose.cables.read_lengths import COPIED, TWO_SIZES, stretch
 from robocal.diagnose.cables.rest import CELLS, EXCHANGED, NOT_AT_REST, SHIFTED
@@ -75,6 +76,19 @@ PLACES: dict[str, tuple[str, str | None, str]] = {
         "{kind}.unit", "{mass:.3g} where the robot's file states {stated:.3g} ({unit}?)",
         "the unit of the cells, or the platform's mass in the robot's file",
     ),
+    SWAPPED: ("current.columns", None, "their columns in the order of {one}, {other}"),
+    TURNED: ("current", None, "the current of {cable} times -1"),
+    UNLIKE: ("current.columns", None, "the current of {cable}, in the unit of the others"),
+    ALIKE: ("current", None, "each beside the id of its pose"),
+    ROW: ("current", "{value:.4g}", "another value, or not this row"),
+    UNBALANCED: (
+        "current", None,
+        "the order of the columns as that of the cables, one unit, above 0 where a motor pulls; the platform's mass",
+    ),
+    GAIN: (
+        "winch", "{stated:.4g}",
+        "{found:.4g}, or another gear, radius or unit of the currents; the platform's mass in the robot's file",
+    ),
 }  # fmt: skip
 for kind, code in AXES.items():
     key = "orientation" if kind == "orientation" else "position.columns"
@@ -95,7 +109,7 @@ def _place(finding: Finding, robot: Path | None) -> dict[str, Any]:
     """File (`robot` is the robot's) and key, what was found there, and what was expected."""
     code, n = finding.code, finding.numbers
     key, found, expected = (None if text is None else text.format(**n) for text in PLACES[code])
-    to_write = code in (ANCHORS, LENGTHS, EXCHANGED) and expected is not None
+    to_write = code in (ANCHORS, LENGTHS, EXCHANGED, SWAPPED) and expected is not None
     own = code == ANCHORS or n.get("wrong") == "robot"
     place = {
         "file": robot if own else n["source"],

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
 
-from robocal._record import record
+from robocal._record import field, record, replace
 from robocal._types import Array
 from robocal.cables.rope import ELASTICITY, EXPONENT, WEIGHT, Rope, rope, strain_slopes
 from robocal.errors import FormatError
@@ -23,6 +23,7 @@ from robocal.prove.statistics import Statistic
 from robocal.prove.verdict import Verdict, verdict_of
 from robocal.remarks.english import Code
 from robocal.remarks.remark import Quantity, Remark
+from robocal.session.cable.load_remarks import copied, different, far_rows, insist_different, unexplained, unlike
 
 __all__ = ["LoadFit", "Loads", "fit_loads"]
 
@@ -63,7 +64,13 @@ class LoadFit:
     @property
     def refused(self) -> bool:
         """Whether these loads are not those of such a cable."""
-        return self.verdict.status == "refused" or self.below is not None
+        return self.why is not None
+
+    @cached_property
+    def why(self) -> Remark | None:
+        """Why these loads are not those of such a cable."""
+        refused = self.verdict.status == "refused"
+        return self.below or unexplained(self.what, self.decision, always=refused)
 
     @cached_property
     def unseen(self) -> Statistic | None:
@@ -96,6 +103,21 @@ class LoadFit:
         """What was read, (k,) in m."""
         return np.concatenate([obs.value[:, 0] for obs in self.decision.need_data.observations])
 
+    def curve(self, count: int) -> tuple[Array, Array]:
+        """Tensions (n,) in N, for sags from the least one on, else from 0, and what loads of the first one's length read there, m."""
+        data = self.decision.need_data
+        first = next(o for o in data.observations if len(o))
+        low = 0.0 if first.kind == "elongation" else float(self.tension.min())
+        t = np.linspace(low, float(self.tension.max()), count)
+        extra = {k: np.full(count, v[0]) for k, v in first.extra.items()} | {"tension": t}
+        none = np.zeros(count, dtype=np.int64)
+        asked = replace(
+            first, configuration=none, value=np.zeros((count, 1)), sigma=None, extra=extra, rows=None, used=None, digits=None,
+            rounding=None, target=None,
+        )  # fmt: skip
+        fit = self.decision.need_fit
+        return t, predict_rows(self.decision.model, data, asked, fit.problem.table, fit.solution.x)[:, 0]
+
     @property
     def stiffens(self) -> bool:
         """Whether the interval of the exponent leaves a constant out."""
@@ -116,9 +138,11 @@ class LoadFit:
 
 @record(eq=False)
 class Loads:
-    """What was read of loads, and the fits to them: of the weight, of a constant elasticity, of a curve; None where nothing tells."""
+    """What was read of loads, and the fits to them: of the weight, of a constant elasticity, of a curve; None where nothing tells.
+    `stated` is what the robot's file says of them (N/m, 1/N), 0 where nothing."""
 
     reading: Reading
+    stated: Mapping[str, float] = field(default_factory=dict)
     weight: LoadFit | None = None
     constant: LoadFit | None = None
     curve: LoadFit | None = None
@@ -141,9 +165,29 @@ class Loads:
     @property
     def refused(self) -> tuple[Remark, ...]:
         """Why these loads must not be trusted."""
-        taken = [f for f in (self.weight, self.law) if f is not None and f.refused]
-        why = ((f.below,) if f.below is not None else f.verdict.remarks for f in taken)
-        return tuple(dict.fromkeys(r for some in why for r in some))
+        out: list[Remark] = []
+        for fit in (f for f in (self.weight, self.law) if f is not None):
+            if fit.why is not None:
+                out.append(fit.why)
+            else:
+                out += [r for r in (self._unlike(fit)[0],) if r is not None]
+        again, whole = copied(self.reading.dataset)
+        return tuple(dict.fromkeys((*out, again) if again is not None and whole else out))
+
+    @property
+    def notes(self) -> tuple[Remark, ...]:
+        """What to look at: rows that are far from the others, and numbers that the robot's file has otherwise."""
+        out: list[Remark] = []
+        for fit in (f for f in (self.weight, self.law) if f is not None and not f.refused):
+            out += far_rows(fit.decision, "sag" if fit is self.weight else "elongation")
+            out += [r for r in (self._unlike(fit)[1],) if r is not None]
+        again, whole = copied(self.reading.dataset)
+        return tuple(dict.fromkeys((*out, again) if again is not None and not whole else out))
+
+    def _unlike(self, fit: LoadFit) -> tuple[Remark | None, Remark | None]:
+        """Whether its weight or elasticity is another one than the robot's file has; of a curve the strain at its middle is compared."""
+        first = next((p for p in fit.parameters if p.name in (WEIGHT, ELASTICITY)), None)
+        return (None, None) if first is None else unlike(first, self.stated.get(first.name, 0.0))
 
 
 def fit_loads(
@@ -153,16 +197,20 @@ def fit_loads(
     reading = read_datasets(paths, rope())
     data = reading.dataset
     sags, longer = _of_kind(data, "sag"), _of_kind(data, "elongation")
-    found = Loads(reading)
+    found = Loads(reading, {WEIGHT: weight, ELASTICITY: elasticity})
     if sags is not None:
         made = decide(rope(weight, free=(WEIGHT,)), sags, Options(), watch)
+        insist_different(sags, made.need_fit.problem.n)
         found = _with(found, weight=LoadFit("weight", made))
     if longer is not None:
         pulls = np.concatenate([o.extra["tension"] for o in longer.observations])
         middle = float(np.exp(np.log(pulls[pulls > 0]).mean())) if (pulls > 0).any() else MIDDLE
         for name, free in (("constant", (ELASTICITY,)), ("curve", (ELASTICITY, EXPONENT))):
             made = decide(rope(0.0, elasticity, reference=middle, free=free), longer, Options(), watch)
-            if set(free) <= set(made.need_fit.problem.free):
+            told = set(free) <= set(made.need_fit.problem.free)
+            if told and name == "constant":
+                insist_different(longer, made.need_fit.problem.n)
+            if told and different(longer) > made.need_fit.problem.n:
                 found = _with(found, **{name: LoadFit(name, made)})
         if found.constant is None:
             span = f"{len(pulls)} of {pulls.min():.4g} to {pulls.max():.4g} N"
@@ -176,7 +224,7 @@ def fit_loads(
 
 def _with(found: Loads, **more: LoadFit) -> Loads:
     parts = {"weight": found.weight, "constant": found.constant, "curve": found.curve}
-    return Loads(found.reading, **{**parts, **more})
+    return Loads(found.reading, found.stated, **{**parts, **more})
 
 
 def _of_kind(data: DataSet, kind: str) -> DataSet | None:

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property, partial
 from typing import Any, ClassVar
 
 import numpy as np
 
 from robocal._record import record
-from robocal._types import Array
+from robocal._types import Array, Ints
 from robocal.cables.geometry import straight
 from robocal.cables.rope import Rope
 from robocal.cables.straightness import (
+    excess_of,
     greatest_tension,
     least_tension,
     level_excess,
     level_sag,
     pose_change,
+    position_gain,
     sag_of,
+    where_it_decides,
     worst_position,
 )
 from robocal.files.cable.pose_lists import pose_columns, tension_columns
@@ -83,10 +86,7 @@ class Straightness(CableResult):
     @cached_property
     def stretch(self) -> Array:
         """By how much cables are longer than without tension (k, m) in m."""
-        return self._stretched(self.tension)
-
-    def _stretched(self, tension: Array) -> Array:
-        strain = self.strain(tension)
+        strain = self.strain(self.tension)
         return self.full * strain / (1 + strain)
 
     @cached_property
@@ -128,26 +128,33 @@ class Straightness(CableResult):
         where every cable bears so much or less, stretch does. None: it always does."""
         longest = float(np.nanmax(self.full))
         guess = float(self.weight.max()) * longest * np.sqrt(longest / (24 * self.wanted))
+        gain = position_gain(self.robot, self.poses)
 
-        def alike(tension: float) -> Array:
-            return np.full_like(self.full, tension)
+        def told(change: Array, at: Ints, place: bool) -> Array:
+            return worst_position(gain[at], change) if place else change.max(axis=1)
 
-        def far(change: Array, place: bool) -> float:
-            if not np.isfinite(change).all():
-                return float("inf")
-            return float((worst_position(self.robot, self.poses, change) if place else change).max())
+        def of_sag(tension: float, at: Ints, place: bool) -> Array:
+            return told(
+                excess_of(self.robot, self.poses[at], np.full_like(self.full[at], tension), self.weight), at, place
+            )
 
-        def of_sag(tension: float, place: bool) -> float:
-            return far(sag_of(self.robot, self.poses, alike(tension), self.weight)[1], place)
+        def of_stretch(tension: float, at: Ints, place: bool) -> Array:
+            strain = self.strain(np.full((1, self.full.shape[1]), tension))
+            return told(self.full[at] * strain / (1 + strain), at, place)
 
-        def of_stretch(tension: float, place: bool) -> float:
-            return far(self._stretched(alike(tension)), place)
+        def least(error: Callable[[float], float]) -> float:
+            return least_tension(error, self.wanted, guess)
+
+        def greatest(error: Callable[[float], float]) -> float | None:
+            return greatest_tension(error, self.wanted)
 
         out: dict[str, float | None] = {}
         for name, place in (("length", False), ("position", True)):
-            heavy = self.weight.any()
-            out[f"sag.{name}"] = least_tension(partial(of_sag, place=place), self.wanted, guess) if heavy else None
-            out[f"stretch.{name}"] = greatest_tension(partial(of_stretch, place=place), self.wanted)
+            heavy, n = self.weight.any(), len(self.poses)
+            out[f"sag.{name}"] = (
+                where_it_decides(partial(of_sag, place=place), n, least, self.wanted) if heavy else None
+            )
+            out[f"stretch.{name}"] = where_it_decides(partial(of_stretch, place=place), n, greatest, self.wanted)
         return out
 
     @property
@@ -169,19 +176,24 @@ class Straightness(CableResult):
         """The span of the level cable, m."""
         return float(np.nanmax(self.full)) if self.span is None else self.span
 
+    @property
+    def laws(self) -> Mapping[str, Rope]:
+        """Cables by what their stretch is called: by both laws where loads tell them."""
+        if self.loads is None or self.loads.constant is None:
+            return {"stretch": self.ropes[0]}
+        both = (self.loads.constant, self.loads.curve)
+        return {f"stretch, {f.what}": f.rope for f in both if f is not None}
+
     @cached_property
     def level(self) -> Listing:
         """A level cable as long as the longest one, or as was asked for, under several tensions: sag, excess length, and the stretch of so
         much cable by each law."""
         t, w = self.levels, float(self.weight.max())
-        laws = {"stretch": self.ropes[0]} if self.loads is None or self.loads.constant is None else {
-            f"stretch, {f.what}": f.rope for f in (self.loads.constant, self.loads.curve) if f is not None
-        }  # fmt: skip
         return Listing((
             Column("tension", "N", t),
             Column("sag", "m", level_sag(self.length, t, w)),
             Column("excess", "m", level_excess(self.length, t, w)),
-            *(Column(name, "m", self.length * law.strain(t)) for name, law in laws.items()),
+            *(Column(name, "m", self.length * law.strain(t)) for name, law in self.laws.items()),
         ))  # fmt: skip
 
     @cached_property
@@ -211,15 +223,19 @@ class Straightness(CableResult):
             spans = np.concatenate([o.extra["span"] for o in w.decision.need_data.observations])
             longer = level_excess(spans, w.tension, float(self.weight.max()))
             told += [
-                ("sag", t, y, p, None, e) for t, y, p, e in zip(w.tension, w.measured, w.predicted, longer, strict=True)
+                ("sag", t, y, p, None, e, 1e2 * e / l)
+                for t, y, p, e, l in zip(w.tension, w.measured, w.predicted, longer, spans, strict=True)
             ]
         if one is not None:
             curved = [None] * len(one.measured) if other is None else other.predicted
             told += [
-                ("elongation", t, y, p, c, None)
+                ("elongation", t, y, p, c, None, None)
                 for t, y, p, c in zip(one.tension, one.measured, one.predicted, curved, strict=True)
             ]
-        heads = (("load", ""), ("tension", "N"), ("measured", "m"), ("fitted", "m"), ("curve", "m"), ("excess", "m"))
+        heads = (
+            *(("load", ""), ("tension", "N"), ("measured", "m"), ("fitted", "m"), ("curve", "m"), ("excess", "m")),
+            ("of the span", "%"),
+        )
         return Listing(tuple(Column(n, u, v) for (n, u), v in zip(heads, zip(*told, strict=True), strict=True)))
 
     @cached_property

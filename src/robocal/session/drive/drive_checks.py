@@ -11,24 +11,40 @@ import numpy as np
 from robocal._types import Array, Bools
 from robocal.diagnose.drive_limits import (
     AT_LIMIT,
+    ELECTRICAL_LEAVES,
     LEAST_PACE,
     MOST_PACE,
+    NOISE_TIMES,
     QUICK_RIPPLE,
     READING_EXPLAINS,
     SLOTS_NAME,
     TABLE_EXPLAINS,
+    WEIGHT_MOST,
+    WEIGHT_SEEN,
 )
+from robocal.drives.cogging import Cogging
 from robocal.drives.drive_sweep import Sweep, sweep_of
 from robocal.drives.order_names import guess_motor, named_share
+from robocal.files.drive_log import DriveLog
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.drive.drive_fit import HIGHEST, choose, highest_order, moments_of_sweeps
 
-__all__ = ["check_coverage", "check_motor", "check_reading", "check_share", "other_readings"]
+__all__ = [
+    "check_coverage",
+    "check_electrical",
+    "check_motor",
+    "check_reading",
+    "check_share",
+    "check_weight",
+    "other_readings",
+]
 
 FEW = 6  # grid: orders, by which another reading is tried
 LEVELS = 20  # grid: a coarser effort has its largest value often by itself
 CROWD = 5  # grid: times the rows at the next value; of a round top that is told in steps it is 2.4
+LEAST_TURN = 0.9  # grid: of a turn, which another reading of the angle has to cover
+MOST_PAIRS = 24  # grid: pole pairs; motors of robots have fewer
 TURNS = 5000  # grid: of a reading that no log has
 
 
@@ -91,7 +107,7 @@ def _again(sweep: Sweep, angle: Array, effort: Array) -> Sweep:
 
 def _explained(sweep: Sweep) -> float:
     """The share that a few orders explain on unseen arcs; 0 where it is no sweep."""
-    if not sweep.used.any() or np.ptp(sweep.angle) > TURNS * 2 * np.pi or np.ptp(sweep.angle) < 2 * np.pi * 0.9:
+    if not sweep.used.any() or np.ptp(sweep.angle) > TURNS * 2 * np.pi or np.ptp(sweep.angle) < 2 * np.pi * LEAST_TURN:
         return 0.0
     highest, _ = highest_order([sweep], [sweep.used])
     moments = moments_of_sweeps([sweep], [sweep.used], highest)
@@ -112,15 +128,46 @@ def check_reading(sweep: Sweep, share: float) -> Remark | None:
     )
 
 
-def check_share(sweep: Sweep, share: float) -> Remark | None:
+def check_share(log: DriveLog, sweep: Sweep, share: float) -> Remark | None:
     """Why a table must not be used that explains too little."""
     if not share < TABLE_EXPLAINS:
         return None
     share = max(share, 0.0)
     quick = float(np.std(sweep.speed[sweep.used] * sweep.direction[sweep.used]))
     if quick > QUICK_RIPPLE:
-        return Remark.of(Code.DRIVE_SPEED_HIDES, share=share, speed=sweep.median_speed)
+        speed = float(log.in_angle_unit(sweep.median_speed))
+        return Remark.of(Code.DRIVE_SPEED_HIDES, share=share, speed=speed, unit=log.speed_unit)
     return Remark.of(Code.DRIVE_EXPLAINS_LITTLE, share=share)
+
+
+def check_weight(c: Cogging, sweeps: Sequence[Sweep], known_free: bool) -> Iterator[tuple[Remark, bool]]:
+    """What comes once per turn and may be a load's weight; with whether it is most of the curve, so that nobody should call it cogging."""
+    if 1 not in c.orders or known_free or any(s.loaded for s in sweeps):
+        return
+    power = c.amplitudes**2
+    share = float(power[c.orders.index(1)] / power.sum())
+    if share > WEIGHT_SEEN:
+        yield Remark.of(Code.DRIVE_WEIGHT, share=share), share > WEIGHT_MOST
+
+
+def check_electrical(
+    sweep: Sweep, share: float, noise_share: float, c: Cogging, made: tuple[int | None, int | None]
+) -> Iterator[tuple[Remark, bool]]:
+    """Whether the effort comes again after several turns of the angle only. Where noise is most of what is left, no angle is asked."""
+    slots, poles = made
+    turns = float(np.ptp(sweep.angle)) / (2 * np.pi)
+    if 1 - share > NOISE_TIMES * noise_share:
+        for pairs in range(2, min(MOST_PAIRS, int(turns / LEAST_TURN)) + 1):
+            other = _explained(_again(sweep, sweep.angle / pairs, sweep.effort))
+            if 1 - other < ELECTRICAL_LEAVES * (1 - share):
+                yield Remark.of(Code.DRIVE_ELECTRICAL, pairs=pairs), True
+                return
+    if slots is None or poles is None or not c.orders:
+        return
+    strongest, pairs, whole = int(c.orders[int(np.argmax(c.amplitudes))]), poles // 2, lcm(slots, poles)
+    own = strongest % slots == 0 or strongest % poles == 0 or strongest == pairs
+    if pairs > 1 and not own and strongest * pairs % whole == 0:
+        yield Remark.of(Code.DRIVE_ELECTRICAL, pairs=pairs), True
 
 
 def check_motor(orders: Sequence[int], amplitudes: Array, slots: int | None, poles: int | None) -> Iterator[Remark]:

@@ -15,6 +15,7 @@ __all__ = ["KINDS", "drive_data", "friction_free"]
 
 KINDS = {"A": "current", "N m": "torque"}
 NUMBERS = ("offset", "coulomb", "viscous", "inertia")
+WEIGHT = ("weight_cos", "weight_sin")  # of a load, once per turn
 
 
 def drive_data(sweeps: Sequence[Sweep], used: Sequence[Bools], free: Sequence[str] = NUMBERS[:2]) -> DataSet:
@@ -33,7 +34,8 @@ def drive_data(sweeps: Sequence[Sweep], used: Sequence[Bools], free: Sequence[st
         both = len(np.unique(some.direction)) > 1
         # Of one direction the friction is in the offset, and nothing parts them.
         own = [n for n in free if both or n != "coulomb"]
-        values = {n: 0.0 for n in NUMBERS if n not in own}
+        own += WEIGHT if sweep.loaded else ()
+        values = {n: 0.0 for n in (*NUMBERS, *WEIGHT) if n not in own}
         extra = {
             "angle": some.angle,
             "direction": some.direction,
@@ -51,8 +53,13 @@ def drive_data(sweeps: Sequence[Sweep], used: Sequence[Bools], free: Sequence[st
 
 
 def friction_free(sweep: Sweep, rows: Bools) -> Array:
-    """Efforts of the rows that are used, less the mean of each direction, (k,)."""
+    """Efforts of the rows that are used, less the mean of each direction, (k,); of a log with a load less its weight as well."""
     effort, direction = np.array(sweep.effort[rows]), sweep.direction[rows]
+    if sweep.loaded:
+        angle = sweep.angle[rows]
+        turn = np.column_stack([np.cos(angle), np.sin(angle)])
+        mean = np.column_stack([direction == 1, direction == -1, turn]).astype(float)
+        effort -= turn @ np.linalg.lstsq(mean, effort, rcond=None)[0][2:]
     for d in (1, -1):
         mine = direction == d
         if mine.any():

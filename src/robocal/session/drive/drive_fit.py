@@ -122,13 +122,13 @@ def other_direction(moments: Moments, orders: Sequence[int], lag: float) -> floa
     return float(min(shares))
 
 
-def choose(moments: Moments, most: int, eccentric: bool) -> ChosenOrders:
-    """Orders of a motor; of an eccentric encoder two numbers say what sidebands would."""
+def choose(moments: Moments, most: int, eccentric: bool, loaded: bool = False) -> ChosenOrders:
+    """Orders of a motor; of an eccentric encoder two numbers say what sidebands would, and what comes once per turn is a load's."""
     arcs = len(np.unique(moments.arc))
     quantile = float(special.stdtrit(max(arcs - 1, 1), PREFER_SIDE))
 
     def allowed(order: int, others: tuple[int, ...]) -> bool:
-        return not eccentric or not any(abs(order - n) == 1 for n in others)
+        return not (loaded and order == 1) and (not eccentric or not any(abs(order - n) == 1 for n in others))
 
     return choose_orders(moments, most, quantile, REACH, allowed)
 

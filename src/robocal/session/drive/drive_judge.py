@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from robocal._record import replace
 from robocal._types import Bools
 from robocal.drives.drive_sweep import Sweep
 from robocal.files.drive_log import DriveLog
 from robocal.prove.verdict import Verdict, verdict_of
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
-from robocal.session.drive.drive_checks import check_coverage, check_motor, check_reading, check_share
+from robocal.session.drive.drive_checks import (
+    check_coverage,
+    check_electrical,
+    check_motor,
+    check_reading,
+    check_share,
+    check_weight,
+)
 from robocal.session.drive.drive_fit import MotorFit
 from robocal.session.drive.table_share import Explained
 
 __all__ = ["escape_width", "judge_logs"]
+
+# What is said of readings on poses, in words of efforts and arcs.
+OWN_WORDS = {Code.GAIN_PROVEN: Code.DRIVE_GAIN_PROVEN, Code.GAIN_NOT_PROVEN: Code.DRIVE_GAIN_NOT_PROVEN}
 
 GRID = 10  # grid: cells per degree, in which escapes are measured
 
@@ -30,31 +40,58 @@ def escape_width(sweep: Sweep, escaped: Bools) -> float:
 
 def judge_logs(
     logs: Sequence[DriveLog], sweeps: Sequence[Sweep], used: Sequence[Bools], escaped: Sequence[Bools], taken: MotorFit,
-    other_logs: Mapping[int, Explained], made: tuple[int | None, int | None], o: Any,
+    other_logs: Mapping[int, Explained], made: tuple[int | None, int | None], noise_share: float,
 ) -> tuple[Verdict, tuple[Remark, ...]]:  # fmt: skip
-    """The verdict with what the logs cannot tell, and what is worth knowing beside it."""
+    """The verdict with what the logs cannot tell, and what is worth knowing beside it; `noise_share` is the noise's of the variance."""
+    known_free = any(log.load == "detached" for log in logs)
     verdict = verdict_of(taken.decision, over_range=False)
     warnings = [r for log in logs for r in log.remarks]
     for remark, lacking in check_coverage(sweeps, used, made):
         if lacking:
-            verdict = verdict.instead("not_improved", remark) if verdict.status == "improved" else verdict
+            verdict = _doubt(verdict, remark)
         else:
             warnings.append(remark)
     share = taken.share if np.isfinite(taken.share) else 0.0
-    why = check_share(sweeps[0], share)
+    why = check_share(logs[0], sweeps[0], share)
     if why is not None:
         other = check_reading(sweeps[0], share)
         verdict = verdict.instead("refused", other or why)
     else:
         c = taken.motor.cogging
         warnings += check_motor(c.orders, c.amplitudes, *made)
+        for remark, doubted in (
+            *check_weight(c, sweeps, known_free),
+            *check_electrical(sweeps[0], share, noise_share, c, made),
+        ):
+            if doubted:
+                verdict = _doubt(verdict, remark)
+            else:
+                warnings.append(remark)
     for sweep, rows in zip(sweeps, escaped, strict=True):
         if rows.any():
             warnings.append(_escape(sweep, rows))
     for i, found in other_logs.items():
-        name = logs[i].path.name
-        warnings.append(Remark.of(Code.DRIVE_HELD_BACK, log=name, speed=found.speed, alone=found.alone))
-    return verdict, tuple(warnings)
+        log = logs[i]
+        speed = float(log.in_angle_unit(found.speed))
+        warnings.append(
+            Remark.of(Code.DRIVE_HELD_BACK, log=log.path.name, speed=speed, unit=log.speed_unit, alone=found.alone)
+        )
+    return replace(verdict, reasons=tuple(_own_words(verdict))), tuple(warnings)
+
+
+def _doubt(verdict: Verdict, why: Remark) -> Verdict:
+    """The verdict with a reason why nobody should use the table; not improved, where it was."""
+    if verdict.status == "improved":
+        return verdict.instead("not_improved", why)
+    return replace(verdict, reasons=(why, *verdict.reasons))
+
+
+def _own_words(verdict: Verdict) -> Iterator[Remark]:
+    """The reasons; beside those of the log a gain that was proven says nothing more, nor do poses that are few or numbers that a few arcs make odd."""
+    own = any(r.code.startswith("drive-") for r in verdict.reasons)
+    for r in verdict.reasons:
+        if r.code != Code.GAIN_ANYWAY and not (own and r.code in (Code.FEW_UNSEEN, Code.NUMBER_WRONG)):
+            yield replace(r, code=OWN_WORDS.get(r.code, r.code))
 
 
 def _escape(sweep: Sweep, rows: Bools) -> Remark:

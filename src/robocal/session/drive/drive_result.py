@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,7 @@ from robocal.drives.order_names import STRONG, guess_motor, name_order
 from robocal.drives.seed_table import SeedTable, seed_table
 from robocal.errors import ModelError
 from robocal.files.display import to_display
-from robocal.files.drive_log import DriveLog, read_drive_log
+from robocal.files.drive_log import DriveLog
 from robocal.files.motor_file import FILE, MotorFile, motor_text
 from robocal.files.parts import Document, Origin
 from robocal.files.plain import json_text
@@ -42,6 +41,7 @@ from robocal.session.drive.drive_fit import (
     prefer_directions,
 )
 from robocal.session.drive.drive_judge import escape_width, judge_logs
+from robocal.session.drive.drive_listings import friction_listing, log_listing, other_listing, seed_listing
 from robocal.session.drive.table_share import Explained, explain
 from robocal.session.verb_base import VerdictResult
 from robocal.session.watching import computable
@@ -52,8 +52,8 @@ __all__ = ["DriveDocument", "IdentifiedDrive", "find_drive", "identify_logs"]
 @record(kw_only=True)
 class DriveDocument(Document):
     """drive.json: the motor, the verdict, shares of the variance without friction on unseen arcs (as taken; with one lag, with phases per
-    direction, of one direction from the other), the noise and the share that it leaves to any curve, friction, orders, logs, and logs
-    that were held back."""
+    direction, of one direction from the other), the noise and the share that it leaves to any curve, friction, orders, logs, friction
+    of each, harmonics beside tables of the seed's method, and logs that were held back."""
 
     motor: str
     method: str
@@ -68,6 +68,8 @@ class DriveDocument(Document):
     friction: UnitValue
     orders: Listing
     logs: Listing
+    frictions: Listing
+    methods: Listing | None
     other_logs: Listing
     escapes: UnitValue
     provenance: Origin
@@ -157,40 +159,17 @@ class IdentifiedDrive(VerdictResult):
     @cached_property
     def log_listing(self) -> Listing:
         """A row for each log: speed, rows, noise and how large it is beside the cogging."""
-        size = float(np.sqrt(np.sum(self.taken.motor.cogging.amplitudes**2) / 2)) or np.nan
-        sweeps = [log.sweep for log in self.logs]
-        return Listing(
-            (
-                Column("log", "", [log.path.name for log in self.logs]),
-                Column("rows", "", [len(s) for s in sweeps]),
-                Column("turns", "", np.array([np.ptp(s.angle) / (2 * np.pi) for s in sweeps]), figures=3),
-                Column("speed", "deg/s", np.degrees([s.median_speed for s in sweeps]), figures=3),
-                Column("noise", self.unit, np.array([p.noise for p in self.log_shares]), figures=2),
-                Column(
-                    "noise_share",
-                    "",
-                    np.array([p.noise for p in self.log_shares]) / size,
-                    figures=2,
-                    label="noise / cogging",
-                ),
-                Column("alone", "", np.array([p.alone for p in self.log_shares]), spec=".1%", label="table explains"),
-                Column("use", "", ["fitted" if i in self.fitted else "held back" for i in range(len(self.logs))]),
-            )
-        )
+        return log_listing(self)
+
+    @cached_property
+    def friction_listing(self) -> Listing:
+        """Friction of each log that was fitted, detached or loaded."""
+        return friction_listing(self)
 
     @cached_property
     def other_listing(self) -> Listing:
         """A row for each log that was held back."""
-        rows = list(self.other_logs.items())
-        return Listing(
-            (
-                Column("log", "", [self.logs[i].path.name for i, _ in rows]),
-                Column("speed", "rad/s", [e.speed for _, e in rows], figures=3),
-                Column("alone", "", [e.alone for _, e in rows], spec=".1%"),
-                Column("fitted", "", [e.fitted for _, e in rows], spec=".1%", label="with lag, gain, inertia"),
-                Column("best", "", [e.best for _, e in rows], spec=".1%", label="own fit of the same orders"),
-            )
-        )
+        return other_listing(self)
 
     @property
     def escapes(self) -> float:
@@ -218,6 +197,7 @@ class IdentifiedDrive(VerdictResult):
             share=self.taken.share, share_lag=of.get("lag"), share_directions=of.get("directions"), share_other_direction=self.other,
             ceiling=self.ceiling, noise=UnitValue(self.noise, self.unit), lag=UnitValue(float(np.degrees(motor.cogging.lag)), "deg"),
             friction=UnitValue(self.motor_file.coulomb, self.unit), orders=self.orders, logs=self.log_listing,
+            frictions=self.friction_listing, methods=seed_listing(self),
             other_logs=self.other_listing, escapes=UnitValue(self.escapes, "deg"),
         )  # fmt: skip
 
@@ -236,27 +216,8 @@ def _parts(order: int) -> tuple[str, str]:
     return f"order{order}.cos", f"order{order}.sin"
 
 
-def _read(paths: Sequence[Path], columns: Sequence[str]) -> tuple[DriveLog, ...]:
-    logs = tuple(read_drive_log(p, columns) for p in paths)
-    units = {log.sweep.unit for log in logs}
-    if len(units) > 1:
-        raise ModelError(
-            "one motor has logs of torque and of current", found=" and ".join(sorted(units)), expected="one of them"
-        )
-    known: dict[tuple[int | None, int | None], DriveLog] = {}
-    for log in logs:
-        known.setdefault((log.motor.slots, log.motor.poles), log)
-    said = [k for k in known if any(k)]
-    if len(said) > 1:
-        raise ModelError(
-            "the logs are of different motors", found=", ".join(str(known[k].path) for k in said), expected="one motor"
-        )
-    return logs
-
-
-def find_drive(o: Any, watch: Watch | None, command: str) -> IdentifiedDrive:
+def find_drive(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, command: str) -> IdentifiedDrive:
     """Identifies the motor of some logs. Raises InputError."""
-    logs = _read(o.logs, o.columns)
     with computable(*(log.path for log in logs)):
         return identify_logs(o, logs, watch, command)
 
@@ -280,7 +241,7 @@ def identify_logs(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, comma
         hint = "" if reading is None else f", or other columns or units: {dict(reading.numbers)['change']}"
         message, found = "the log stays within one arc of 30 degrees", str(logs[fitted[0]].path)
         raise ModelError(message, found=found, expected=f"a sweep over a turn{hint}")
-    chosen = choose(moments, o.orders, o.eccentric)
+    chosen = choose(moments, o.orders, o.eccentric, all(s.loaded for s in sweeps))
     name = logs[fitted[0]].sweep.name
     tried: dict[str, MotorFit] = {}
     # Where a rotor escaped, one direction has to say what the other lost: phases of its own would hear nothing of it.
@@ -303,7 +264,9 @@ def identify_logs(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, comma
         for i, log in enumerate(logs)
     )
     table = seed_table(sweeps[0], escaped[0] | lone[0], o.degree, np.radians(o.window)) if o.method == "seed" else None
-    verdict, warnings = judge_logs(logs, sweeps, used, escaped, taken, other_logs, (slots, poles), o)
+    noise = noise_of(taken.decision)
+    noise_share = noise**2 * float(moments.n.sum() / moments.q.sum())
+    verdict, warnings = judge_logs(logs, sweeps, used, escaped, taken, other_logs, (slots, poles), noise_share)
     alone = [
         Remark.of(Code.DRIVE_LONE_ROWS, count=int(a.sum()), log=s.name)
         for s, a in zip(sweeps, lone, strict=True)
@@ -318,7 +281,7 @@ def identify_logs(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, comma
     return IdentifiedDrive(
         warnings=warnings, inputs=tuple(dict.fromkeys(f for log in logs for f in log.files)), command=command, logs=logs, fitted=fitted,
         used=used, escaped=escaped, verdict=verdict, chosen=chosen, taken=taken, tried=tried, other=other,
-        noise=noise_of(taken.decision), other_logs=other_logs, log_shares=log_shares, seed=table,
+        noise=noise, other_logs=other_logs, log_shares=log_shares, seed=table,
         motor_file=motor_file, left_amplitudes=left,
     )  # fmt: skip
 

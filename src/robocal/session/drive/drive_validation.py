@@ -14,6 +14,7 @@ from robocal._types import Bools
 from robocal.diagnose.drive_limits import FLAG_TURNS, OTHER_GAIN, SHIFT_BETTER, SHIFT_LEAST, TABLE_EXPLAINS
 from robocal.drives.drive_sweep import Sweep, escaped_rows
 from robocal.drives.motor import ECCENTRIC, GAIN, LAG, Motor, motor_of, order_names
+from robocal.drives.seed_table import table_harmonics
 from robocal.errors import ModelError
 from robocal.files.drive_log import DriveLog, read_drive_log
 from robocal.files.motor_file import MotorFile, read_motor
@@ -46,10 +47,12 @@ class DriveValidationDocument(Document):
 class DriveValidation(VerbResult):
     """A log beside the table of a motor."""
 
+    name: str  # of the table
     motor: Motor
     log: DriveLog
     on: Bools  # which rows were compensated, as their effort says
     parts: Mapping[bool, Explained]
+    beside: Mapping[str, Mapping[bool, Explained]]  # the same of other tables, by the name of their runs
 
     @property
     def sweep(self) -> Sweep:
@@ -58,23 +61,29 @@ class DriveValidation(VerbResult):
 
     @cached_property
     def listing(self) -> Listing:
-        """A row for each part."""
-        rows = list(self.parts.items())
-        unit = self.sweep.unit
+        """A row for each part, and for each table where several are compared; speeds and angles in the unit of the log."""
+        tables = {self.name: self.parts, **self.beside}
+        rows = [(name, k, e) for k in self.parts for name, parts in tables.items() for e in (parts[k],)]
+        of = [e for _, _, e in rows]
+        log, effort = self.log, self.sweep.unit.replace(" ", "")
+        table = (Column("table", "", [name for name, _, _ in rows]),) if self.beside else ()
         return Listing(
             (
-                Column("part", "", [WORDS[k] for k, _ in rows]),
-                Column("rows", "", [e.rows for _, e in rows]),
-                Column("speed", "rad/s", [e.speed for _, e in rows], figures=3),
-                Column("scatter", "rad/s", [e.scatter for _, e in rows], figures=3, label="its scatter [rad/s]"),
-                Column("alone", "", [e.alone for _, e in rows], spec=".1%", label="table alone"),
-                Column("fitted", "", [e.fitted for _, e in rows], spec=".1%", label="with lag, gain, inertia"),
-                Column("best", "", [e.best for _, e in rows], spec=".1%", label="own fit of the same orders"),
-                Column("gain", "", [e.gain for _, e in rows], figures=3),
-                Column("lag", "deg", [float(np.degrees(e.lag)) for _, e in rows], figures=3),
-                Column("inertia", f"{unit.replace(' ', '')} s s/rad", [e.inertia for _, e in rows], figures=3),
+                Column("part", "", [WORDS[k] for _, k, _ in rows]),
+                *table,
+                Column("rows", "", [e.rows for e in of]),
+                Column("speed", log.speed_unit, log.in_angle_unit([e.speed for e in of]), figures=3),
+                Column("scatter", log.speed_unit, log.in_angle_unit([e.scatter for e in of]), figures=3),
+                Column("alone", "", [e.alone for e in of], spec=".1%", label="table alone"),
+                Column("fitted", "", [e.fitted for e in of], spec=".1%", label="with lag, gain, inertia"),
+                Column("best", "", [e.best for e in of], spec=".1%", label="own fit of the same orders"),
+                Column("gain", "", [e.gain for e in of], figures=3),
+                Column("lag", log.angle_unit, log.in_angle_unit([e.lag for e in of]), figures=3),
+                Column(
+                    "inertia", f"{effort} s s/{log.angle_unit}", np.array([e.inertia for e in of]) / log.in_angle_unit(1.0), figures=3
+                ),
             )
-        )
+        )  # fmt: skip
 
     @property
     def head(self) -> dict[str, Any]:
@@ -101,10 +110,8 @@ class DriveValidation(VerbResult):
 
 
 def motor_from_file(file: MotorFile) -> Motor:
-    """The motor of a file as a model. Raises ModelError for one of tables alone."""
-    if file.table is not None:
-        raise ModelError("a table for each direction is no model", key="method", found="seed", expected="harmonics")
-    c = file.cogging
+    """The motor of a file as a model; tables as their own harmonics."""
+    c = file.cogging if file.table is None else table_harmonics(file.table)
     made = motor_of(file.name, c.orders, file.unit, 1.0, by_direction=c.by_direction)
     values = {LAG: c.lag, GAIN: 1.0, ECCENTRIC[0]: c.eccentric[0], ECCENTRIC[1]: c.eccentric[1]}
     for i, n in enumerate(c.orders):
@@ -114,44 +121,75 @@ def motor_from_file(file: MotorFile) -> Motor:
     return made.with_values(values)
 
 
+def _table_name(place: Path, file: MotorFile) -> str:
+    """What a table is called beside others: its run and its method."""
+    run = place if place.is_dir() else place.parent
+    return f"{run.name or run.resolve().name}, {'harmonics' if file.table is None else 'tables of the seed'}"
+
+
 def validate_drive(o: Any, command: str) -> DriveValidation:
-    """A log beside a run. Raises InputError."""
-    file = read_motor(Path(o.motor))
-    log = read_drive_log(o.log, o.columns)
-    if log.sweep.unit != file.unit:
-        found, expected = ("current" if u == "A" else "torque" for u in (log.sweep.unit, file.unit))
-        raise ModelError("the log has another effort than the motor", key=str(log.path), found=found, expected=expected)
-    motor = motor_from_file(file)
+    """A log beside a run, and beside other runs of the same motor. Raises InputError."""
+    files = {Path(p): read_motor(Path(p)) for p in (o.motor, *o.beside)}
+    log = read_drive_log(o.log, o.columns).with_load(o.loaded)
+    for place, file in files.items():
+        if log.sweep.unit != file.unit:
+            found, expected = ("current" if u == "A" else "torque" for u in (log.sweep.unit, file.unit))
+            message = "the log has another effort than the motor"
+            raise ModelError(message, key=f"{log.path} beside {place}", found=found, expected=expected)
+    motors = {_table_name(place, file): motor_from_file(file) for place, file in files.items()}
+    if len(motors) < 1 + len(o.beside):
+        raise ModelError(
+            "two runs have one name", key="--beside", found=", ".join(map(str, files)), expected="runs that differ"
+        )
+    name, motor = next(iter(motors.items()))
     with computable(log.path):
         used = log.sweep.used & ~escaped_rows(log.sweep)
         on = compensated_turns(motor, log.sweep)
-        parts = {k: explain(motor, log.sweep, used & (on == k)) for k in (True, False) if (used & (on == k)).any()}
-        warnings, reasons = _judge(motor, log, used, on, parts)
-    inputs = (*(() if file.file is None else (file.file,)), *log.files)
+        there = [k for k in (True, False) if (used & (on == k)).any()]
+        every = {n: {k: explain(m, log.sweep, used & (on == k)) for k in there} for n, m in motors.items()}
+        parts = every.pop(name)
+        warnings, reasons = _judge(motor, files[Path(o.motor)], log, used, on, parts)
+    inputs = (*(f.file for f in files.values() if f.file is not None), *log.files)
     return DriveValidation(
-        motor=motor, log=log, on=on, parts=parts, warnings=tuple(warnings), reasons=tuple(reasons), inputs=inputs, command=command
+        name=name, motor=motor, log=log, on=on, parts=parts, beside=every, warnings=tuple(warnings), reasons=tuple(reasons),
+        inputs=inputs, command=command,
     )  # fmt: skip
 
 
 def _judge(
-    motor: Motor, log: DriveLog, used: Bools, on: Bools, parts: Mapping[bool, Explained]
+    motor: Motor, file: MotorFile, log: DriveLog, used: Bools, on: Bools, parts: Mapping[bool, Explained]
 ) -> tuple[list[Remark], list[Remark]]:
     """What is worth knowing, and why the table is not of this log's motor."""
     warnings, reasons = list(log.remarks), list[Remark]()
     name = log.path.name
     whole = explain(motor, log.sweep, used) if len(parts) > 1 else next(iter(parts.values()))
     foreign = all(e.gain < OTHER_GAIN for e in parts.values())
-    shift, mirrored, share = best_shift(motor, log.sweep, used)
+    shift = best_shift(motor, log.sweep, used, file.coulomb)
+    moved = abs(shift.angle) > SHIFT_LEAST
     if (
-        share > TABLE_EXPLAINS
-        and whole.alone < SHIFT_BETTER * share
-        and (mirrored or abs(shift) > SHIFT_LEAST or foreign)
+        shift.share > TABLE_EXPLAINS
+        and whole.alone < SHIFT_BETTER * shift.share
+        and (shift.mirrored or shift.negative or moved or foreign)
     ):
-        moved, turned = float(np.degrees(shift)), "reversed" if mirrored else None
-        alone = max(whole.alone, 0.0)
-        reasons.append(
-            Remark.of(Code.DRIVE_OTHER_ZERO, share=share, log=name, shift=moved, alone=alone, reversed=turned)
-        )
+        by = float(log.in_angle_unit(shift.angle))
+        share, alone, unit = shift.share, max(whole.alone, 0.0), log.angle_unit
+        if shift.negative and not shift.mirrored:
+            told = by if moved else None
+            reasons.append(Remark.of(Code.DRIVE_OTHER_SIGN, share=share, log=name, shift=told, unit=unit, alone=alone))
+        else:
+            turned, effort = "reversed" if shift.mirrored else None, "reversed" if shift.negative else None
+            reasons.append(
+                Remark.of(
+                    Code.DRIVE_OTHER_ZERO,
+                    share=share,
+                    log=name,
+                    shift=by,
+                    unit=unit,
+                    alone=alone,
+                    reversed=turned,
+                    negative=effort,
+                )
+            )
     elif foreign:
         reasons.append(
             Remark.of(Code.DRIVE_OTHER_MOTOR, log=name, gain=max(whole.gain, 0.0), best=max(whole.best, 0.0))

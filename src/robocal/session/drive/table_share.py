@@ -20,9 +20,11 @@ from robocal.estimate.least_squares import least_squares
 from robocal.measure.base import problem
 from robocal.session.drive.drive_data import NUMBERS, drive_data, friction_free
 
-__all__ = ["Explained", "best_shift", "compensated_turns", "explain", "halves"]
+__all__ = ["Explained", "Shift", "best_shift", "compensated_turns", "explain", "halves"]
 
 SHIFTS = 14400  # grid: of a turn; a fortieth of a degree is 2 deg of order 72
+NEARLY = 0.02  # grid: of the variance; readings that explain the same differ by less, in the noise of their fits
+ALIKE = 2e-3  # grid: of the variance; places of one curve that comes again differ by less, in the noise of its parts
 LEAST = 50  # grid: rows of a turn, below which its share is not asked
 
 
@@ -42,6 +44,17 @@ class Explained:
     speed: float
     scatter: float
     noise: float = float("nan")
+
+
+@record
+class Shift:
+    """By how much (rad) the angle of a log has to be moved, whether it and its effort are reversed, and the share that is explained
+    then."""
+
+    angle: float
+    mirrored: bool
+    negative: bool
+    share: float
 
 
 def _table(motor: Motor, sweep: Sweep) -> Array:
@@ -73,11 +86,11 @@ def explain(motor: Motor, sweep: Sweep, rows: Bools) -> Explained:
         max(motor.orders, default=1),
     )
     _, best = moments.fit(motor.orders, motor.table[LAG].value)
-    speed = np.diff(some.angle) / np.maximum(np.diff(some.time), 1e-9)
+    speed = some.speed * some.direction
     gap = np.median(np.abs(np.diff(left))) / (0.6745 * np.sqrt(2.0))
     return Explained(
         len(effort), alone, 1 - float(left @ left) / total, 1 - best / total, values[LAG], values[GAIN], values["log1.inertia"],
-        values["log1.viscous"], float(np.mean(speed)), float(np.std(some.speed)), float(gap),
+        values["log1.viscous"], float(np.mean(speed)), float(np.std(speed)), float(gap),
     )  # fmt: skip
 
 
@@ -101,26 +114,32 @@ def halves(motor: Motor, sweep: Sweep) -> dict[bool, Bools]:
     return {word: sweep.used & (on == word) for word in (True, False) if (sweep.used & (on == word)).any()}
 
 
-def best_shift(motor: Motor, sweep: Sweep, rows: Bools) -> tuple[float, bool, float]:
-    """By how much (rad) the angle of a log has to be moved, and whether reversed, so that the table explains most; and that share."""
+def best_shift(motor: Motor, sweep: Sweep, rows: Bools, friction: float = 0.0) -> Shift:
+    """How the angle and the effort of a log have to be read so that the table explains most. Where the motor's Coulomb friction is known,
+    and the log has both directions, a reading with the other sign of friction is none."""
     effort, some = friction_free(sweep, rows), sweep.take(rows)
-    best = (0.0, False, -np.inf)
     c = motor.cogging
-    table = np.array(c.cosine) - 1j * np.array(c.sine)
-    n = np.array(c.orders)
+    table, n = np.array(c.cosine) - 1j * np.array(c.sine), np.array(c.orders)
     shifts = np.arange(SHIFTS) * 2 * np.pi / SHIFTS
+    turned = table * np.exp(1j * np.outer(shifts, n))
+    mean = [float(np.mean(sweep.effort[rows][some.direction == d])) for d in (1, -1) if (some.direction == d).any()]
+    own = (mean[0] - mean[1]) / 2 if len(mean) == 2 else 0.0
+    total, found = float(np.mean(effort**2)), list[Shift]()
     for mirrored in (False, True):
         angle, direction = (-some.angle, -some.direction) if mirrored else (some.angle, some.direction)
         moments = moments_of(angle, effort, direction, arc_of(angle), max(c.orders, default=1))
         x, _ = moments.fit(c.orders, c.lag)
-        own = x[2 : 2 + len(n)] - 1j * x[2 + len(n) : 2 + 2 * len(n)]
-        # Half the squares of what is left of the harmonics, by the shift of the angle.
-        turned = table * np.exp(1j * np.outer(shifts, n))
-        left = np.sum(np.abs(own - turned) ** 2, axis=1) / 2
-        at = int(np.argmin(left))
-        share = 1 - (float(np.mean(effort**2)) - float(np.sum(np.abs(own) ** 2)) / 2 + float(left[at])) / float(
-            np.mean(effort**2)
-        )
-        if share > best[2]:
-            best = (float((shifts[at] + np.pi) % (2 * np.pi) - np.pi), mirrored, share)
-    return best
+        parts = x[2 : 2 + len(n)] - 1j * x[2 + len(n) : 2 + 2 * len(n)]
+        for negative in (False, True):
+            if friction * own * (-1 if mirrored != negative else 1) < 0:
+                continue
+            # Half the squares of what is left of the harmonics, by the shift of the angle.
+            left = np.sum(np.abs((-parts if negative else parts) - turned) ** 2, axis=1) / 2
+            # Of a curve that comes again within a turn the nearest place, for it is as good as the others.
+            low = (left <= np.roll(left, 1)) & (left <= np.roll(left, -1)) & (left <= left.min() + ALIKE * total)
+            at = int(min(np.flatnonzero(low), key=lambda i: min(i, SHIFTS - i)))
+            share = 1 - (total - float(np.sum(np.abs(parts) ** 2)) / 2 + float(left[at])) / total
+            found.append(Shift(float((shifts[at] + np.pi) % (2 * np.pi) - np.pi), mirrored, negative, share))
+    most = max(s.share for s in found)
+    # The simplest of those that are nearly as good: one order alone looks the same by several readings.
+    return next(s for s in found if s.share >= most - NEARLY)

@@ -27,6 +27,7 @@ from robocal.report.sections import Section
 from robocal.session.verb_base import VerbResult
 from robocal.session.vision.further import views_before_a_fit
 from robocal.session.vision.judge import judge_views
+from robocal.session.vision.lens_edges import LensEdges
 from robocal.session.vision.target import SEARCHES, Target, find_target, target_of, target_on, use_search
 from robocal.session.vision.views import ImageView, ViewSummary, list_corners, look_at, look_mirrored
 from robocal.vision.sightings import BOARD, METHODS, coverage_of, find_islands
@@ -149,6 +150,8 @@ def detect(
     target, said = find_target(wanted, lengths, sources, o.every, watch)
     read = None if lens is None else read_lens(lens)
     target = target if read is None else replace(target, lens=read.lens.intrinsics)
+    bends = read is not None and target.family is not None
+    edges = LensEdges(str(target.family), np.asarray(target.lens)) if bends else None
     apart = max(1, -(-len(sources) // PICTURES))
     views: list[ImageView] = []
     inputs: dict[InputFile, None] = {} if o.sheet is None else {InputFile(o.sheet, read_text(o.sheet).sha256): None}
@@ -164,6 +167,8 @@ def detect(
         if not view.sightings and target.family is not None and misses < MIRRORS:
             view = look_mirrored(view, image, target)
             misses += not view.summary.mirrored
+        if edges is not None:
+            edges.add(image, view.sightings)
         chosen = number % apart == 0 and number < apart * PICTURES
         if files and (chosen or (view.lacking and lacking < PICTURES)):
             lacking += not chosen
@@ -179,6 +184,7 @@ def detect(
     islands = tuple(tuple(markers[i] for i in island) for island in find_islands(seen)) if markers else ()
     first = views[0].summary
     coverage = coverage_of([s.place for v in views for s in v.sightings], first.width, first.height)
+    said += edges.remarks if edges else ()
     warnings, reasons = judge_views([v.summary for v in views], islands, coverage, target)
     return Detected(
         target=target, views=tuple(views), islands=islands, coverage=coverage, files=files, warnings=(*said, *warnings),

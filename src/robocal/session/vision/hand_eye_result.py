@@ -46,7 +46,7 @@ from robocal.session.vision.hand_eye_errors import HandEyeErrors, chain_of, find
 from robocal.session.vision.hand_eye_exchanged import find_exchanged
 from robocal.session.vision.hand_eye_frames import PlacedFrame, frames_listing, place_frames
 from robocal.session.vision.hand_eye_readings import PoseReading, doubt_poses, read_otherwise
-from robocal.session.vision.hand_eye_remarks import restate
+from robocal.session.vision.hand_eye_remarks import restate, tell_lens
 from robocal.session.vision.hand_eye_rig import contradict_rig
 from robocal.session.vision.hand_eye_size import contradict_size
 from robocal.session.vision.hand_eye_unknowns import find_lateness, locate_unknowns
@@ -61,7 +61,7 @@ TO_ADD, READINGS = 3, 4  # grid: poses, and readings of the robot's poses, that 
 LEAST = 0.1  # grid: of the usual errors of a robot
 # Checks that ask for what this verb tells by itself, or that mean nothing of frames alone.
 SILENT = ("coverage", "place", "few-numbers")
-HARDLY_TURNS = {LITTLE_TURN, ONE_AXIS}  # with them nothing tells a size
+HARDLY_TURNS = {LITTLE_TURN, ONE_AXIS}  # with them nothing tells a size, and closed forms are poor
 # The robot's own errors are said in mm, and the views alone say what the lens is.
 HIDDEN = (Code.ABOVE_STATED_NOISE, Code.NUMBER_DOUBTED, "lens-factor-doubted", Code.NOT_LINEAR, Code.ONE_STEP_MISLEADS)
 
@@ -281,6 +281,7 @@ def find_hand_eye(
         errors = find_errors(made, opened.flange, opened.inhand, readings[0].distance if readings else np.inf)
         verdict, said = _judge(opened, made, errors, readings)
         frames = place_frames(made, opened.inhand, opened.hand)
+    readings = () if HARDLY_TURNS & {r.code for r in verdict.reasons} else readings
     return HandEyeCalibration(
         opened=opened, decision=made, verdict=verdict, errors=errors, frames=frames, alternatives=readings, files=files,
         warnings=tuple(dict.fromkeys((*opened.remarks, *said))), reasons=verdict.reasons, inputs=opened.files, command=command,
@@ -330,11 +331,8 @@ def _judge(
         verdict = Verdict("refused", (turned,))
     elif turned is not None:
         said.append(turned)
-    lens, material = contradict_lens(opened, made, errors.normal)
-    if lens is not None and material:
-        verdict = verdict.instead("refused" if verdict.status == "refused" else "not_improved", lens)
-    elif lens is not None:
-        said.append(lens)
+    verdict, more, material = tell_lens(verdict, *contradict_lens(opened, made, errors.normal))
+    said += more
     unsized = material or bool(HARDLY_TURNS & {r.code for r in given.reasons})
     size, large = (None, False) if unsized else contradict_size(opened, made, errors)
     if size is not None and large:

@@ -2,8 +2,8 @@
 
 The robot is a machine whose poses are known, and the two frames are all that is free: gross views, noise, hold-out and verdict are those
 of every identification. A camera that does not know how long a metre is has a scale, one with a clock of its own a delay.
-Noise that nobody states is read off the residuals of a first fit (`view_noise`), and weighs the second one. A camera without a target
-of known size drifts: then changes from pose to pose are what is fitted.
+Noise that nobody states is read off the residuals of a fit (`view_noise`) and weighs the next one, until it stays. A camera without
+a target of known size drifts: then changes from pose to pose are what is fitted.
 """
 
 from __future__ import annotations
@@ -18,9 +18,11 @@ from robocal.fit.options import Options
 from robocal.fit.starts.consensus import find_flips
 from robocal.geometry import se3
 from robocal.geometry.pose_path import PosePath
+from robocal.measure.base import problem as build
 from robocal.measure.clock_rig import clock_rig, rate_columns
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 from robocal.measure.machine import Model, Rig
+from robocal.measure.pose import SIGHT
 from robocal.parameters import FRAME_SYMBOLS, ParameterTable
 from robocal.progress import Watch
 from robocal.prove.decision import Decision, decide
@@ -29,7 +31,7 @@ from robocal.remarks.remark import Remark
 from robocal.session.vision.arm_errors import JointedArm, free_arm
 from robocal.session.vision.delay_start import start_delay
 from robocal.session.vision.drift import changes_alone, follow_one_another, read_drift
-from robocal.session.vision.view_noise import read_noise
+from robocal.session.vision.view_noise import log_noise, read_noise
 
 __all__ = ["CAMERA", "TARGET", "HandEye", "PosePairs", "locate_camera", "pair_data", "tell_flips"]
 
@@ -38,6 +40,7 @@ DELAY = f"{CAMERA}.delay"
 FREE = (True,) * 6
 ROUNDS = 8  # grid: the delay doubles its digits in each
 SETTLED = 0.05  # tolerance: of the delay's sigma
+ALIKE = 0.1  # tolerance: of the logarithm of sigma: weights off by that cost an estimate 1 % of its variance
 
 
 @record(eq=False)
@@ -88,6 +91,9 @@ def pair_data(pairs: PosePairs, machine: Array, twist: Array | None = None) -> D
     count = len(machine)
     hand, base = ("tool", "base") if pairs.in_hand else ("base", "tool")
     columns = {} if twist is None else rate_columns(twist)
+    options: dict[str, object] = {} if pairs.metric else {"scale": CAMERA}
+    if pairs.metric and pairs.sigma is None:
+        options[SIGHT] = True
     where = Configurations(tuple(map(str, range(count))), columns=columns, start=se3.to_vector(machine))
     seen = Observations(
         "pose",
@@ -97,7 +103,7 @@ def pair_data(pairs: PosePairs, machine: Array, twist: Array | None = None) -> D
         frame=Frame(CAMERA, free=FREE, mount=hand),
         targets=(Frame(TARGET, free=FREE, mount=base),),
         target=np.zeros(count, dtype=np.int64),
-        options={} if pairs.metric else {"scale": CAMERA},
+        options=options,
     )
     return DataSet(where, (seen,))
 
@@ -183,9 +189,31 @@ def _decide(pairs: PosePairs, data: DataSet, options: Options, watch: Watch | No
         found = decide(rig, changes_alone(whole, pairs.in_hand), options, watch)
         data = changes_alone(whole, pairs.in_hand, read_drift(found, whole, pairs.in_hand))
         found = decide(rig, data, options, watch)
+    before = np.zeros(())
+    for _ in range(ROUNDS):
+        data, sigma = _weigh(found, data, DELAY if late else None)
+        if before.ndim and np.abs(np.log(sigma / before)).max() < ALIKE:
+            break
+        before = sigma
+        (seen,) = data.observations
+        found = decide(rig, replace(data, observations=(replace(seen, sigma=sigma),)), options, watch)
+    return found
+
+
+def _weigh(found: Decision[Rig], data: DataSet, late: str | None) -> tuple[DataSet, Array]:
+    """The data and their noise (k, 6), in those axes in which residuals show the more: along the line of sight, or the camera's own."""
     (seen,) = data.observations
-    weighed = replace(seen, sigma=read_noise(found.need_fit, DELAY if late else None))
-    return decide(rig, replace(data, observations=(weighed,)), options, watch)
+    problem, values = found.need_fit.problem, found.values
+    ways = []
+    turns = [{**seen.options, SIGHT: sight} for sight in (True, False)] if SIGHT in seen.options else [seen.options]
+    for axes in turns:
+        own = replace(seen, options=axes)
+        used = replace(own, used=found.need_data.observations[0].used)
+        made = build(found.model, replace(data, observations=(used,)), values=values).with_weights(problem.weights)
+        made = made.with_free(problem.free)
+        ways.append((log_noise(made, made.start), own, made))
+    _, own, made = min(ways, key=lambda way: way[0])
+    return replace(data, observations=(own,)), read_noise(made, made.start, late)
 
 
 def _decide_with_arm(

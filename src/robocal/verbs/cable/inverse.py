@@ -53,15 +53,17 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ar
     from robocal.files.cable.cable_robot import read_cable
     from robocal.files.cable.pose_lists import length_columns, read_platform_poses, tension_columns
     from robocal.files.display import in_units, listing_text
+    from robocal.files.runfolder import find_run
     from robocal.files.text import InputFile
     from robocal.files.writing import refuse_existing
     from robocal.remarks.code import Code
     from robocal.remarks.remark import Remark
     from robocal.session.cable.statics_options import cable_document, name_row, robot_inputs, tensions_of
+    from robocal.session.cable.winch_run import with_tensions
 
     refuse_existing(o.output, (), o.force)
     file = read_cable(o.robot)
-    rows = read_platform_poses(o.poses, file.robot)
+    rows, told = with_tensions(read_platform_poses(o.poses, file.robot), file.robot, find_run(o.robot), o.poses)
     pull, said = tensions_of(rows, o.si(file.units).tension, file, o.sag)
     with name_row(o.poses, rows):
         lengths, _ = inverse(file.robot, rows.values, pull, sag=o.sag)
@@ -70,7 +72,7 @@ def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Ar
     listing = Listing(columns + (() if rows.tension is None else tension_columns(file.robot, rows.tension)))
     if geometric:
         said = (*said, Remark.of(Code.LENGTHS_GEOMETRIC, robot=file.robot.name))
-    remarks = (*file.warnings, *rows.warnings, *said)
+    remarks = (*file.warnings, *rows.warnings, *told, *said)
     inputs = (*robot_inputs(file, o.robot), InputFile(Path(o.poses), rows.sha256))
     kind = "geometric" if geometric else "as the sensors show them"
     document = cable_document(LengthsDocument, file.robot, remarks, inputs, command, lengths=kind, poses=listing)

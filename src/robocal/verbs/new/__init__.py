@@ -38,7 +38,7 @@ class Options(BaseOptions):
     robot: str | None = arg(None, "ROBOT", "A catalogue name, a convention, cable, or the file of a robot.")
     output: Path = option(Path("."), "Folder for the files", "DIR", short="-o")
     joints: int = option(6, "How many, when ROBOT is a convention", "N", least=1, most=30)
-    kind: w.Kind = "position"
+    kind: str = option("position", f"What is measured: {w.KINDS}, joint_torque", "KIND")
     table: Path | None = option(None, "Describe this table of measurements; its headers say the kind", "FILE")
     listing: bool = option(False, "List the catalogue and the conventions", name="--list")
     force: w.Force = False

@@ -16,7 +16,7 @@ from robocal.arms.conventions import CONVENTIONS
 from robocal.errors import ModelError, nearest
 from robocal.files.cable.cable_templates import cable_templates
 from robocal.files.table_description import UNSTATED, describe_table
-from robocal.files.templates import convention_chain, templates
+from robocal.files.templates import TORQUES, convention_chain, templates
 from robocal.files.writing import refuse_existing, write_files
 from robocal.measure.data import DataSet
 from robocal.session.inputs import open_arm
@@ -87,8 +87,9 @@ def new(o: Any) -> New:
         o.refuse(("joints", "kind", "table", "base", "tip"), "a cable robot does not have this option", "an arm")
         return _write(o, "my cable robot", None, None, cable_templates())
     kind, robot = o.kind, o.robot
-    if kind not in RIGS:
-        near, expected = nearest(kind, RIGS), ", ".join(RIGS)
+    kinds = (*RIGS, TORQUES)
+    if kind not in kinds:
+        near, expected = nearest(kind, kinds), ", ".join(kinds)
         raise ModelError("unknown kind", key="--kind", found=kind, expected=expected, suggestion=near)
     own = Path(robot) if os.path.isfile(robot) else None
     if own is not None:
@@ -119,8 +120,8 @@ def _write(o: Any, name: str, convention: str | None, own: Path | None, texts: M
 
 
 def _example(arm: Chain, kind: str) -> DataSet | None:
-    """Rows that a perfect instrument would read of the nominal robot; the templates make those of positions and poses."""
-    if kind in ("position", "pose"):
+    """Rows that a perfect instrument would read of the nominal robot; the templates make those of positions, poses and torques."""
+    if kind in ("position", "pose", TORQUES):
         return None
     within = np.clip(sample_joints(arm, ROWS, np.random.default_rng(1)), -1.0, 1.0)
     slides = [j.type == "prismatic" for j in arm.joints]

@@ -23,6 +23,7 @@ from robocal.session.cable.cable_result import CableResult
 from robocal.session.cable.calibrated import open_calibrated
 from robocal.session.cable.pose_remarks import pose_remarks
 from robocal.session.cable.statics_options import name_row, robot_inputs, tensions_of
+from robocal.session.cable.winch_run import with_tensions
 
 __all__ = ["Poses", "find_poses"]
 
@@ -89,9 +90,10 @@ def find_poses(o: Any, command: str = "") -> Poses:
     """Poses by the options of the verb. Raises InputError."""
     calibrated = open_calibrated(o.robot)
     file, gains, known = calibrated.file, calibrated.gains, calibrated.estimates
-    rows = read_cable_lengths(o.lengths, file.robot)
+    rows, told = with_tensions(read_cable_lengths(o.lengths, file.robot), file.robot, calibrated.run, o.lengths)
     si, rng = o.si(file.units), np.random.default_rng(o.seed)
     pull, said = tensions_of(rows, si.tension, file, o.sag)
+    said = (*told, *said)
     if file.robot.elasticity is not None and pull is None and not rows.geometric:
         said = (*said, Remark.of(Code.LENGTHS_TAKEN_GEOMETRIC, robot=file.robot.name))
     lengths = gains.lengths(file.robot, rows.values)

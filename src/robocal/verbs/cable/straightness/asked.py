@@ -10,19 +10,22 @@ import numpy as np
 from robocal._types import Array
 from robocal.cables.rope import Rope, rope
 from robocal.cables.statics import gravity_wrench, structure_of
+from robocal.cables.straightness import excess_of
 from robocal.cables.tension import distribute
+from robocal.diagnose.limits import TENSION_MASS
 from robocal.errors import FormatError, ModelError
-from robocal.files.cable.cable_robot import read_cable
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.pose_lists import CableList, read_platform_poses
 from robocal.files.text import InputFile
 from robocal.files.units import finite, parse_quantity
 from robocal.progress import Watch
 from robocal.remarks.code import Code
-from robocal.remarks.remark import Remark
+from robocal.remarks.remark import Quantity, Remark
 from robocal.session.cable import statics_options as statics
+from robocal.session.cable.calibrated import open_calibrated
 from robocal.session.cable.load_fits import LoadFit, Loads, fit_loads
 from robocal.session.cable.straightness_result import Straightness
+from robocal.session.cable.winch_run import with_tensions
 
 __all__ = ["compute_straightness"]
 
@@ -31,7 +34,8 @@ MOST = 5  # grid: poses that are named
 
 def compute_straightness(o: Any, watch: Watch | None = None, command: str = "") -> Straightness:
     """What the options of the verb ask for. Raises InputError."""
-    file = read_cable(o.robot)
+    known = open_calibrated(o.robot)
+    file = known.file
     si = o.si(file.units)
     wanted = parse_quantity(o.wanted, "m", key="--wanted")
     at = _tensions(o.at, file)
@@ -49,13 +53,18 @@ def compute_straightness(o: Any, watch: Watch | None = None, command: str = "") 
     weight = _weight(file, loads)
     ropes = _ropes(file, None if loads is None else loads.law, m)
     rows, poses, names = _poses(o, file)
+    told: tuple[Remark, ...] = ()
+    if rows is not None:
+        rows, told = with_tensions(rows, file.robot, known.run, o.poses)
     warnings = [
         *file.warnings,
+        *known.cautions,
+        *told,
         *(() if rows is None else rows.warnings),
-        *(() if loads is None else loads.reading.warnings),
+        *(() if loads is None else (*loads.reading.warnings, *loads.notes)),
     ]
     tension, lost = _pulls(o, si, file, rows, poses, names)
-    reasons = (*lost, *(() if loads is None else loads.refused))
+    reasons = (*lost, *_slack(file, names, poses, tension, weight), *(() if loads is None else loads.refused))
     inputs = [*statics.robot_inputs(file, o.robot)]
     if rows is not None:
         inputs.append(InputFile(Path(o.poses), rows.sha256))
@@ -111,6 +120,32 @@ def _poses(o: Any, file: CableFile) -> tuple[CableList | None, Array, tuple[str,
     return rows, rows.values, rows.names
 
 
+def _slack(file: CableFile, names: tuple[str, ...], poses: Array, tension: Array, weight: Array) -> tuple[Remark, ...]:
+    """The first pose at which a tension does not carry its cable."""
+    held = np.asarray(np.isfinite(tension).all(axis=1))
+    longer = excess_of(file.robot, poses, tension, weight)
+    slack = (held[:, None] & ~np.isfinite(longer)) | (tension <= 0)
+    if not slack.any():
+        return ()
+    pose, cable = (int(v[0]) for v in np.nonzero(slack))
+    more = int(slack.any(axis=1).sum()) - 1
+    numbers = {"tension": Quantity(float(tension[pose, cable]), "N"), "more": more or None}
+    return (Remark.of(Code.CABLE_HANGS_SLACK, pose=names[pose], cable=file.robot.cables[cable], **numbers),)
+
+
+def _contradictions(file: CableFile, given: Array) -> tuple[Remark, ...]:
+    """Why tensions (k, m) in N of a list are in another unit than those of the robot's file."""
+    limits = file.robot.limits
+    if limits is None:
+        return ()
+    least, most = float(limits[:, 0].min()), float(limits[:, 1].max())
+    low, high = float(given.min()), float(given.max())
+    if high <= TENSION_MASS * most and high >= least / TENSION_MASS:
+        return ()
+    numbers = {k: Quantity(v, "N") for k, v in (("low", low), ("high", high), ("least", least), ("most", most))}
+    return (Remark.of(Code.TENSIONS_BEYOND, **numbers),)
+
+
 def _pulls(
     o: Any, si: Any, file: CableFile, rows: CableList | None, poses: Array, names: tuple[str, ...]
 ) -> tuple[Array, tuple[Remark, ...]]:
@@ -124,7 +159,7 @@ def _pulls(
             raise ModelError("a slack cable is not straight", key="--tension", found=o.tension, expected="above 0")
         return np.full(shape, float(si.tension)), ()
     if given is not None:
-        return given, ()
+        return given, _contradictions(file, given)
     robot = statics.robot_with_limits(file, si.limits)
     load = gravity_wrench(poses, statics.mass_of(file, si.payload, si.mass), robot.com)[:, robot.axes]
     spread = distribute(structure_of(robot, poses), load, robot.need("limits"))

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from robocal.cables.straightness import level_excess
+from robocal.cables.straightness import level_excess, level_sag
 from robocal.files.display import in_units
 from robocal.files.units import Units
 from robocal.quantities import Listing
 from robocal.report.cable.part import part
+from robocal.report.curves import AngleCurve, draw_curves
 from robocal.report.sections import Detail, Section, Text, ends, figure, listing_table, table
 from robocal.report.sweep import Axis, Curve, curves
 from robocal.session.cable.load_fits import Loads
@@ -51,18 +52,32 @@ def straightness_details(made: Straightness) -> Iterator[Section]:
     low, high = float(made.levels.min()), float(made.levels.max())
     t = np.geomspace(low, max(high, 1.001 * low), POINTS)
     longer = 1e3 * level_excess(made.length, t, float(made.weight.max()))
-    stretch = 1e3 * made.length * made.ropes[0].strain(t)
     said = f"Excess length and stretch of a level cable of {figure(1e3 * made.length)} mm, in mm, against its tension."
+    stretch = [Curve(name, 1e3 * made.length * law.strain(t)) for name, law in made.laws.items()]
     wanted = (1e3 * made.wanted, f"{figure(1e3 * made.wanted)} mm")
-    drawn = curves(
-        Axis("tension [N]", t), [Curve("sag", longer), Curve("stretch", stretch)], "[mm]", said, "straightness", wanted
-    )
+    drawn = curves(Axis("tension [N]", t), [Curve("sag", longer), *stretch], "[mm]", said, "straightness", wanted)
     yield part("Sag falls with the tension, stretch grows", said, drawn)
+    yield _hanging(made)
     if made.loads is not None:
         yield from _pictures(made.loads)
     yield made.method_part(HOW)
 
 
+def _hanging(made: Straightness) -> Section:
+    """The level cable as it hangs under the least and the greatest tension of the table."""
+    w, l = float(made.weight.max()), made.length
+    x = np.linspace(0.0, l, 2 * POINTS + 1)
+    ends = tuple(dict.fromkeys((float(made.levels.min()), float(made.levels.max()))))
+    # Under one horizontal tension the part between two points at one height hangs as a level cable of that span.
+    below = [np.asarray(level_sag(np.abs(l - 2 * x), t, w) - level_sag(l, t, w)) for t in ends]
+    drawn = [AngleCurve(1e3 * x, 1e3 * y, c) for y, c in zip(below, CLASSES, strict=False)]
+    said = f"A level cable of {figure(1e3 * l)} mm and {figure(w)} N/m between its ends, in mm against them"
+    said += f", under {figure(ends[0])} N (solid)" + (f" and {figure(ends[1])} N (dashed)." if len(ends) > 1 else ".")
+    svg = draw_curves(drawn, "along [mm]", "height [mm]", title="A level cable", text=said, key="catenary")
+    return part("How a level cable hangs", said, svg)
+
+
+CLASSES = ("curve", "curve random")
 HEADS = ("fit", "number", "value", "low", "high", "left out, rms [mm]", "loads")
 HOW = (
     "Sag: the catenary of each cable under its tension at the platform, against its chord. Stretch: the strain of each cable times its "
@@ -129,17 +144,18 @@ def _found(found: Listing) -> Iterator[tuple[str, ...]]:
 
 
 def _pictures(loads: Loads) -> Iterator[Section]:
-    """Measured loads with what was fitted to them."""
-    said = "Measured, and as fitted, in mm against the tension in N."
-    for fit, other, heading in (
-        (loads.weight, None, "Sag under loads"),
-        (loads.constant, loads.curve, "Elongation under loads"),
-    ):
+    """Measured loads with what was fitted to them: elongations from no tension on, where a gauge shows its offset."""
+    one, other = loads.constant, loads.curve
+    for fit, beside, heading in ((loads.weight, None, "Sag under loads"), (one, other, "Elongation under loads")):
         if fit is None:
             continue
-        order = np.argsort(fit.tension, kind="stable")
-        drawn = [Curve("measured", 1e3 * fit.measured[order]), Curve(fit.what, 1e3 * fit.predicted[order])]
-        if other is not None:
-            drawn.append(Curve(other.what, 1e3 * other.predicted[order]))
-        axis = Axis("tension [N]", fit.tension[order])
-        yield part(heading, said, curves(axis, drawn, "[mm]", said, f"loads-{fit.what}"))
+        fits = [f for f in (fit, beside) if f is not None]
+        said = f"Measured (dots), and as fitted: {' (solid), '.join(f.what for f in fits)} ({'dashed' if beside else 'solid'})."
+        drawn = [AngleCurve(fit.tension, 1e3 * fit.measured, dots="after")]
+        for f, cls in zip(fits, CLASSES, strict=False):
+            t, y = f.curve(POINTS)
+            drawn.append(AngleCurve(t, 1e3 * y, cls))
+        if fit is one:
+            said += " A line that misses the origin is the offset of the gauge."
+        svg = draw_curves(drawn, "tension [N]", "[mm]", title=heading, text=said, key=f"loads-{fit.what}")
+        yield part(heading, said, svg)

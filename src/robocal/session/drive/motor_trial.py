@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -25,6 +24,7 @@ from robocal.progress import Watch, tell
 from robocal.quantities import Column, Listing, UnitValue
 from robocal.report.sections import Section
 from robocal.session.drive.drive_result import IdentifiedDrive, identify_logs
+from robocal.session.drive.drive_settings import DriveSettings
 from robocal.session.verb_base import VerbResult
 from robocal.simulation.motor.motor_run import LookUp, MotorLog
 from robocal.simulation.motor.procedure import Tracking, TrackingGain, compare, sweep, tracking
@@ -194,7 +194,7 @@ class MotorTrial(VerbResult):
 
     def details(self) -> Iterator[Section]:
         """The curves and the ramps as pictures."""
-        from robocal.verbs.drive.simulate.trial_page import trial_pictures
+        from robocal.report.drive_trial import trial_pictures
 
         yield from trial_pictures(self)
 
@@ -208,10 +208,6 @@ torque: {{column: torque, unit: Nm}}
 motor: {{name: {name}, torque_constant: {{value: {constant!r}, unit: Nm/A}}}}
 source: robocal drive simulate
 """
-# How the sweep is identified: as `drive identify` does it unless it is told otherwise.
-SETTINGS = SimpleNamespace(
-    method="harmonics", orders=20, phases="auto", eccentric=False, slots=None, poles=None, degree=2, window=5.0
-)
 CELLS = 3600  # of the compensation's tables: 0.1 deg
 
 
@@ -249,7 +245,7 @@ def try_motor(motor: MotorSimulation, gain: float, seed: int, watch: Watch | Non
     rng = np.random.default_rng(seed)
     tell(watch, "sweep")
     sweeps = tuple(SweepLog(d, *sweep(motor.plant, gain, motor.sweep, d, rng)) for d in (1, -1))
-    found = identify_logs(SETTINGS, (drive_log(motor, sweeps),), watch, command)
+    found = identify_logs(DriveSettings(), (drive_log(motor, sweeps),), watch, command)
     tell(watch, "ramp")
     full, bare = (
         LookUp(compensation_table(found.motor_file, "csv", CELLS, "Nm", friction, None).values)

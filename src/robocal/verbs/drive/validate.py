@@ -28,6 +28,7 @@ class Options(BaseOptions):
     \b
     robocal drive validate run speed.csv
     robocal drive validate run speed.txt --columns time=Time:s,angle=Position:rad,current=Iq:A,flag=Active -o checked
+    robocal drive validate run speed.csv --beside seed-run          tables of --method seed beside harmonics
 
     Turns whose effort is mostly what the table says were compensated, whatever a column of the log says of it.
 
@@ -39,6 +40,10 @@ class Options(BaseOptions):
     columns: tuple[str, ...] = option(
         (), "Columns of a CSV, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag", "WORDS", listed=True
     )
+    beside: tuple[Path, ...] = option(
+        (), "Other runs of the same motor, whose tables are compared row by row", "RUN", listed=True
+    )
+    loaded: bool = option(False, "The log has a load: what comes once per turn is its weight")
     output: Path | None = option(None, "Folder for validation.json and report.html", "DIR", short="-o")
     force: w.Force = False
 

@@ -13,7 +13,7 @@ from robocal.verbs.option import Arg, BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch, details, run_verb
 
 if TYPE_CHECKING:
-    from robocal.verbs.drive.simulate.motor_trial import MotorTrial
+    from robocal.session.drive.motor_trial import MotorTrial
 
 __all__ = ["Options", "details", "run", "sections"]
 
@@ -46,13 +46,13 @@ class Options(BaseOptions):
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[MotorTrial]:
     """Simulates the procedure; a folder gets the document, the log, the truth, the ramps and a page. Raises InputError."""
-    from robocal.verbs.drive.simulate.motor_trial import simulate_procedure
+    from robocal.session.drive.motor_trial import simulate_procedure
 
     return run_verb(o, FILES, lambda: simulate_procedure(o, watch, command), sections, details)
 
 
 def sections(made: Outcome[MotorTrial]) -> Iterator[Section]:
     """The error of the curve, and what the compensation divides errors and effort by."""
-    from robocal.verbs.drive.simulate.trial_page import trial_summary
+    from robocal.report.drive_trial import trial_summary
 
     yield from trial_summary(made.result, made.written)
