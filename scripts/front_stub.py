@@ -21,7 +21,7 @@ from robocal.verbs.registry import GROUPS
 ROOT = Path(__file__).parent.parent / "src" / "robocal"
 HEAD = """# Made by scripts/front_stub.py from the options of the verbs.
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable{mapping}, Sequence
 from typing import Any
 
 {imports}
@@ -68,7 +68,15 @@ def _result(path: str) -> tuple[str, list[str]]:
 
 
 def _parameter(entry: OptionField) -> str:
-    plain = "_Given" if isinstance(entry.facts, Arg) else "_Path" if entry.kind is Path else entry.kind.__name__
+    plain = (
+        "_Given | Mapping[str, Any]"
+        if entry.word == "STUDY"
+        else "_Given"
+        if isinstance(entry.facts, Arg)
+        else "_Path"
+        if entry.kind is Path
+        else entry.kind.__name__
+    )
     if entry.numeric:
         plain = "str | float"
     if getattr(entry.facts, "metavar", "") == SIZE:
@@ -92,18 +100,19 @@ def _order(line: str) -> str:
 
 def texts() -> dict[Path, str]:
     """Both stubs, by file."""
-    arrays = [EXPLICIT.format(module="robocal.front.arrays", name=n) for n in robocal.ARRAYS]
-    found = [EXPLICIT.format(module="robocal.front.verb_result", name=n) for n in robocal.FOUND]
+    arrays = [EXPLICIT.format(module=f"robocal.front.{m}", name=n) for n, m in robocal.ARRAYS.items()]
+    found = [EXPLICIT.format(module=f"robocal.front.{m}", name=n) for n, m in robocal.FOUND.items()]
     errors = [EXPLICIT.format(module="robocal.errors", name=n) for n in robocal.ERRORS]
     version = EXPLICIT.format(module="robocal._version", name="__version__")
     results = [line for name in robocal.CALLS if name != "identify" for line in _result(name)[1]]
+    arrays.append("from robocal.front.cable_arrays import CableArm")
     groups = [f"from robocal.front import {word} as {name}" for name, word in robocal.GROUPS.items()]
     every = [version, *errors, *groups, *arrays, *found, *results]
     imports = "\n".join(sorted(every, key=_order))
     names = ",\n    ".join(f'"{n}"' for n in robocal.__all__)
-    ours = HEAD.format(imports=imports, given="Arm | Measurements | Found[Any]")
-    ours += "".join(f"{n}: tuple[str, ...]\n" for n in ("ARRAYS", "FOUND", "ERRORS", "CALLS"))
-    ours += "GROUPS: dict[str, str]\n"
+    ours = HEAD.format(mapping=", Mapping", imports=imports, given="Arm | CableArm | Measurements | Found[Any]")
+    ours += "".join(f"{n}: tuple[str, ...]\n" for n in ("ERRORS", "CALLS"))
+    ours += "".join(f"{n}: dict[str, str]\n" for n in ("ARRAYS", "FOUND", "GROUPS"))
     ours += f"__all__ = [\n    {names},\n]\n\n"
     ours += "\n".join(stub(name) for name in robocal.CALLS)
     return {ROOT / "__init__.pyi": ours} | {ROOT / "front" / f"{word}.pyi": _grouped(word) for word in GROUPS}
@@ -112,11 +121,15 @@ def texts() -> dict[Path, str]:
 def _grouped(word: str) -> str:
     """The verbs under one word."""
     paths = [f"{word}.{name}" for name in GROUPS[word].verbs]
-    own = ["from robocal.front.arrays import Measurements", "from robocal.front.verb_result import Found"]
+    own = ["from robocal.front.measurements import Measurements", "from robocal.front.verb_result import Found"]
     if word == "cable":
         own += [EXPLICIT.format(module="robocal.front.cable_arrays", name=n) for n in ("CableArm", "robot")]
     own += [line for path in paths for line in _result(path)[1]]
-    head = HEAD.format(imports="\n".join(sorted(own, key=_order)), given="Measurements | Found[Any]")
+    head = HEAD.format(
+        mapping="",
+        imports="\n".join(sorted(own, key=_order)),
+        given=f"{'CableArm | ' if word == 'cable' else ''}Measurements | Found[Any]",
+    )
     return head + "\n".join(map(stub, paths))
 
 

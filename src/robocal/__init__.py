@@ -1,8 +1,8 @@
 """robocal finds out what a robot really is: true parameters from measurements, with honest uncertainty.
 
     import robocal as rc
-    found = rc.identify("ur10", rc.measurements(q, position=p, units=("rad", "mm")))
-    print(found)
+    found = rc.identify("ur10", rc.measurements(q, pose=T, units=("rad", "mm")))
+    print(found, found.covariance)
 
 Importing this package is cheap on purpose: what a name stands for is loaded when it is asked for. Types are in `__init__.pyi`.
 """
@@ -13,8 +13,11 @@ from importlib import import_module
 
 from robocal._version import __version__ as __version__
 
-ARRAYS = ("Arm", "Measurements", "measurements", "robot", "table")
-FOUND = ("Found", "Identified")
+# Names that are no verbs, and the modules that have them.
+ARRAYS = {
+    "Arm": "robots", "Measurements": "measurements", "measurements": "measurements", "robot": "robots", "table": "measurements",
+}  # fmt: skip
+FOUND = {"Found": "verb_result", "Identified": "verb_result", "Plot": "plots"}
 ERRORS = ("Cancelled", "InputError")
 GROUPS = {"cable": "cable", "drive": "drive", "camera": "vision"}  # verbs under one word, and that of the command line
 TERMINAL = ("demo", "report")  # verbs that are no functions: they only write files for people
@@ -31,7 +34,8 @@ def __getattr__(name: str) -> object:
     if name in GROUPS:
         found: object = import_module(f"robocal.front.{GROUPS[name]}")
     elif name in (*ARRAYS, *FOUND, *ERRORS):
-        room = "front.arrays" if name in ARRAYS else "front.verb_result" if name in FOUND else "errors"
+        module = (ARRAYS | FOUND).get(name)
+        room = "errors" if module is None else f"front.{module}"
         found = getattr(import_module(f"robocal.{room}"), name)
     elif name == "CALLS":
         found = _calls()

@@ -157,6 +157,7 @@ class _FieldsOfError(TypedDict, total=False):
     row: int | None
     column: str | int | None
     key: str | None
+    argument: str | None
     found: object
     expected: object
     suggestion: str | None
@@ -171,6 +172,7 @@ class InputError(RobocalError):
         self.row = facts.get("row")
         self.column = facts.get("column")
         self.key = facts.get("key")
+        self.argument = facts.get("argument")
         self.found = facts.get("found")
         self.expected = facts.get("expected")
         self.suggestion = facts.get("suggestion")
@@ -187,6 +189,8 @@ class InputError(RobocalError):
             place.append(f"row {self.row}")
         if self.column is not None:
             place.append(f"column {self.column}")
+        if self.argument is not None:
+            place.append(f"argument {self.argument}")
         if self.key is not None:
             place.append(self.key if self.key.startswith("--") else f"key {self.key}")  # an option names itself
         parts = [*place, self.message]

@@ -238,4 +238,4 @@ def test_a_notebook_runs_and_its_cells_show_pages(name, monkeypatch):
         if last is not None:
             value = eval(compile(ast.Expression(last.value), name, "eval"), space)
             shown.append(value._repr_html_() if hasattr(value, "_repr_html_") else repr(value))
-    assert any("<table>" in page and "Improved</h2>" in page for page in shown)
+    assert any("<table" in page and "Improved</h2>" in page for page in shown)

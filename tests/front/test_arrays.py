@@ -107,10 +107,10 @@ def test_wrong_arrays_are_refused_by_name(rig):
     bad[7, 1] = np.nan
     with pytest.raises(FormatError) as caught:
         rc.identify(arm, rc.measurements(q, position=bad, units=("rad", "mm")))
-    assert (caught.value.row, caught.value.column) == (9, "y") and "measurements" in str(caught.value)
+    assert caught.value.argument == "position" and "nan at [7, 1]" in str(caught.value)
     for wrong, words in (
         ({"position": p[:9]}, "rows"), ({"position": p[:, :2]}, "shape"), ({"position": p, "units": ("rad", "furlong")}, "unit"),
-        ({"position": p, "units": ("rad", "deg")}, "unit"), ({"position": p, "units": ("mm", "mm")}, "unit"),
+        ({"position": p, "units": ("rad", "deg")}, "unit"), ({"position": p, "units": ("degC", "mm")}, "unit"),
         ({"position": p, "sigma": [1, 2]}, "shape"), ({"position": p, "turn_sigma": 1}, "rotation"),
         ({"position": [["a", "b", "c"]] * 50}, "numbers"), ({"position": p, "columns": {"temperature [degC]": [1]}}, "shape"),
     ):  # fmt: skip
@@ -197,10 +197,10 @@ def test_what_is_no_robot_table_or_unit_is_said(make, word: str) -> None:
     [
         (lambda arm: arm.inverse(2 * np.eye(4)), "this is no pose"),
         (lambda arm: arm.inverse(np.diag([1.0, 1, -1, 1])), "this is no pose"),
-        (lambda arm: arm.tension(np.full((1, 4, 4), np.nan)), "these are no poses"),
-        (lambda arm: arm.tension(np.eye(4), wrench="down"), "column wrench: these are no numbers"),
-        (lambda arm: arm.forward("long"), "column lengths: these are no numbers"),
-        (lambda arm: arm.forward(arm.inverse(np.eye(4)), sigma="fine"), "column sigma"),
+        (lambda arm: arm.tension(np.full((1, 4, 4), np.nan)), "argument poses: not a finite number"),
+        (lambda arm: arm.tension(np.eye(4), wrench="down"), "argument wrench: these are no numbers"),
+        (lambda arm: arm.forward("long"), "argument lengths: these are no numbers"),
+        (lambda arm: arm.forward(arm.inverse(np.eye(4)), sigma="fine"), "argument sigma"),
     ],
 )
 def test_what_a_cable_robot_cannot_take_is_said(call, word: str) -> None:

@@ -138,7 +138,7 @@ def test_python_and_the_command_line_say_the_same(place: Path, monkeypatch: pyte
     same(json.loads(ran.out), json.loads(json.dumps(plain(found.document))))
     # A few lines, whatever it is; the summary says what the terminal says, a notebook shows what it says with --verbose.
     assert 0 < len(repr(found).splitlines()) <= 20, repr(found)
-    html, said = found._repr_html_(), found.summary()
+    html, said = found.report(place / "page.html").read_text(encoding="utf-8"), found.summary()
     for verbose in (False, True):
         for section in filter(None, (s.short(verbose) for s in found.sections)):
             assert verbose or section.heading in said
@@ -309,11 +309,11 @@ def test_what_would_be_a_quiet_wrong_answer_is_refused(place: Path, monkeypatch:
         (lambda: rc.table({"x [mm]": p[:, 0]}), "masked"),
         (lambda: rc.measurements(q, position=np.zeros((2, 3)), columns={"x [m]": [7.0, 7.0]}), "already"),
         (lambda: rc.measurements(q, position=np.zeros((2, 3)) + 1j), "no numbers"),
-        (lambda: rc.measurements(q, position=np.zeros((2, 3)), units=("mm", "rad")), "something else"),
-        (lambda: rc.measurements(q, position=np.zeros((2, 3)), units=("degC", "mm")), "something else"),
+        (lambda: rc.measurements(q, position=np.zeros((2, 3)), units=("mm", "rad")), "not a unit of positions"),
+        (lambda: rc.measurements(q, position=np.zeros((2, 3)), units=("degC", "mm")), "not a unit of joints"),
         (lambda: rc.identify("robot.yaml", "data.yaml", iterations=None), "needs a value"),
-        (lambda: rc.predict("run", np.zeros((2, 3))), "rc.table"),
-        (lambda: rc.check("robot.yaml", {"q1 [rad]": [1.0]}), "rc.table"),
+        (lambda: rc.predict("run", np.zeros((2, 3))), "argument poses: .*rc.table"),
+        (lambda: rc.check("robot.yaml", {"q1 [rad]": [1.0]}), "argument data: .*rc.measurements"),
         (lambda: rc.cable.robot("cable.yaml").forward([[1.0]], sigma=-1), "standard deviation"),
     ):
         with pytest.raises(InputError, match=said):

@@ -113,7 +113,7 @@ def test_what_no_sheets_are_is_named(tmp_path, how, words, key):
         assert ran.status == 0, ran.err
     with pytest.raises(ModelError, match=words) as error:
         find(tmp_path, *how.pop("sheets"), **how)
-    assert error.value.key == key
+    assert error.value.argument == key.lstrip("-")
 
 
 @pytest.mark.slow

@@ -79,7 +79,8 @@ def vocabulary(chain: Model) -> tuple[str, ...]:
     others = [n for sections in OTHERS.values() for _, names, spread in sections for n in (*names, *spread)]
     located = [n for names in groups for n in names]
     known = (*IDS, *CONFIGURATION, "group", "target", "second", *located, *others)
-    return tuple(dict.fromkeys((*known, *joints, *numbered, *each, *chain.parts.get("cable", ()))))
+    cables = chain.parts.get("cable", ())
+    return tuple(dict.fromkeys((*known, *joints, *numbered, *each, *cables, *(f"s_{name}" for name in cables))))
 
 
 def self_description(table: CsvTable, chain: Model, kind: str | None) -> dict[str, Any]:
@@ -92,14 +93,18 @@ def self_description(table: CsvTable, chain: Model, kind: str | None) -> dict[st
     two = bool(joints) and _first(table, (second,)) is not None
     cables = chain.parts.get("cable", ())
     if cables and kind in (None, "lengths") and all(map(table.has, cables)):
-        found: dict[str, Any] | None = {"kind": "lengths", "lengths": {"columns": list(cables)}}
+        spread = tuple(f"s_{name}" for name in cables)
+        found: dict[str, Any] | None = {
+            "kind": "lengths",
+            "lengths": {"columns": list(cables)} | _sigma(table, (spread,)),
+        }
     elif "rope" in chain.parts:
         found = _load(table)
     else:
         found = _other(table, two) if kind is None or kind in OTHERS else None
         if found is None and joints and kind in (None, "joint_torque"):
             found = _torques(table, joints, kind)
-    out |= _position_headers(table, two, kind) if found is None else found
+    out |= _position_headers(table, two, kind, cables) if found is None else found
     if two:
         out["second"] = {"columns": second}
     if table.has("target"):
@@ -185,7 +190,7 @@ def _other(table: CsvTable, two: bool) -> dict[str, Any] | None:
     return None
 
 
-def _position_headers(table: CsvTable, two: bool, kind: str | None) -> dict[str, Any]:
+def _position_headers(table: CsvTable, two: bool, kind: str | None, cables: Sequence[str] = ()) -> dict[str, Any]:
     """What the headers of positions and poses say."""
     out: dict[str, Any] = {}
     position = _first(table, POSITIONS, least=4)
@@ -199,7 +204,11 @@ def _position_headers(table: CsvTable, two: bool, kind: str | None) -> dict[str,
         out["position"] = {"columns": position} | _sigma(table, SIGMAS)
     elif not (prefixes and prefixes[0] + "_03" in table.names):
         expected = "x [mm], y [mm], z [mm]; or what another kind measures, or a data file"
-        raise table.fail("there are no columns for the position", found=", ".join(table.names), expected=expected)
+        message = "there are no columns for the position"
+        if cables and kind is None:
+            message = "there are columns neither for the cables nor for the position"
+            expected = f"{', '.join(cables)}, with a unit: {cables[0]} [mm]; or x [mm], y [mm], z [mm]"
+        raise table.fail(message, found=", ".join(table.names), expected=expected)
     if "orientation" in out:
         out["orientation"] |= _sigma(table, TURN_SIGMAS)
     usual = "relative_pose" if two else "pose"

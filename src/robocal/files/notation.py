@@ -32,7 +32,7 @@ class Form:
     """Another form in which numbers of an orientation may be read: the keys that say so, the unit where the headers must
     say it, and the rotations (k, 3, 3) of every row."""
 
-    keys: Mapping[str, str]
+    keys: Mapping[str, Any]
     unit: str
     turns: Array
 
@@ -110,6 +110,10 @@ def _others(model: OrientationModel, numbers: Array, headers: Sequence[str | Non
         size = np.linalg.norm(q, axis=1)
         if (size > 0).all():
             yield Form({"form": other}, "", orientation.quaternion(q / size[:, None]))
+            # Titles that begin with the second number, for the scalar was taken to be the first: the form is right, the titles are not.
+            if model.form == "quaternion_xyzw" and isinstance(model.columns, list):
+                q, names = numbers[:, [3, 0, 1, 2]], [model.columns[i] for i in (3, 0, 1, 2)]
+                yield Form({"columns": names, "form": model.form}, "", orientation.quaternion(q / size[:, None]))
     if model.form not in ("euler", "rotation_vector"):
         return
     units = {h or model.unit for h in headers}

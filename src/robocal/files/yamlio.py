@@ -21,7 +21,18 @@ from robocal.errors import FormatError, one_of
 from robocal.files.text import FORBIDDEN, MEGABYTE, Source, forbidden_character, line_of, read_text
 from robocal.files.units import Unit, number, parse_unit
 
-__all__ = ["YamlDocument", "add_stamp", "edit", "flow", "load", "parse", "path_text", "quote", "read_json"]
+__all__ = [
+    "YamlDocument",
+    "add_stamp",
+    "edit",
+    "flow",
+    "load",
+    "mapping_text",
+    "parse",
+    "path_text",
+    "quote",
+    "read_json",
+]
 
 SIZE_LIMIT = MEGABYTE
 DEPTH_LIMIT = 30
@@ -317,3 +328,55 @@ def flow(value: Any) -> str:
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(flow, value)) + "]"
     return quote(value) if isinstance(value, str) else str(value)
+
+
+def mapping_text(data: Mapping[str, Any]) -> str:
+    """A mapping as the text of a file: a line for each key, and for each entry of its lists of mappings and its mappings of lists.
+
+    Arrays and numpy's numbers count as Python's. Raises TypeError for anything that YAML has no word for.
+    """
+    lines = []
+    for key, value in _plain(data).items():
+        if isinstance(value, list) and value and all(isinstance(v, dict) for v in value):
+            lines += [f"{_key(key)}:", *(f"  - {_flow(v)}" for v in value)]
+        elif isinstance(value, dict) and value and any(isinstance(v, list | dict) for v in value.values()):
+            lines += [f"{_key(key)}:", *(f"  {_key(k)}: {_flow(v)}" for k, v in value.items())]
+        else:
+            lines.append(f"{_key(key)}: {_flow(value)}")
+    return "\n".join(lines) + "\n"
+
+
+def _key(key: str) -> str:
+    return (
+        key
+        if key.replace("_", "").replace(".", "").isalnum() and key[0].isalpha()
+        else json.dumps(key, ensure_ascii=False)
+    )
+
+
+def _flow(value: Any) -> str:
+    """As `flow`, with the words that YAML has for nothing, for a flag and for what is no finite number."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{_key(k)}: {_flow(v)}" for k, v in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_flow, value)) + "]"
+    if value is None or isinstance(value, bool):
+        return json.dumps(value)
+    if isinstance(value, float) and not math.isfinite(value):
+        return ".nan" if math.isnan(value) else ".inf" if value > 0 else "-.inf"
+    return quote(value) if isinstance(value, str) else repr(value)
+
+
+def _plain(value: Any) -> Any:
+    """Mappings, lists, texts and numbers of Python. Raises TypeError for anything else."""
+    if hasattr(value, "tolist") and not isinstance(value, Mapping):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if value is None or isinstance(value, str | bool | int | float):
+        return value
+    raise TypeError(type(value).__name__)

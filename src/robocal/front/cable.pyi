@@ -4,9 +4,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from robocal._types import Array as _inverse_Array
-from robocal.front.arrays import Measurements
 from robocal.front.cable_arrays import CableArm as CableArm
 from robocal.front.cable_arrays import robot as robot
+from robocal.front.measurements import Measurements
 from robocal.front.verb_result import Found
 from robocal.session.cable.drift import Drifts as _drift_Drifts
 from robocal.session.cable.pose_list_result import Listed as _poses_Listed
@@ -19,7 +19,7 @@ from robocal.verbs.cable.require.result import Required as _require_Required
 from robocal.verbs.cable.tension.result import Tensions as _tension_Tensions
 
 _Path = str | os.PathLike[str]
-_Given = _Path | Measurements | Found[Any]
+_Given = _Path | CableArm | Measurements | Found[Any]
 _Watch = Callable[[dict[str, object]], None]
 
 def inverse(
@@ -37,15 +37,20 @@ def inverse(
     If the cables of the robot file stretch and no tension is given, the columns are called c1.geometric: lengths without
     stretch.
 
-    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
-    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw.
+    Takes
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml; or rc.robot(...), rc.cable.robot(...).
+    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw; or rc.table(...).
     tension: Tension of every cable: cables stretch, in the robot file's unit of force, 0 or more.
     sag: Include the sag of the cables by their weight.
     output: Write here, not to the terminal.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
-    Raises InputError.
+    Returns
+    Found: result (Array, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
     """
 
 def forward(
@@ -67,10 +72,11 @@ def forward(
 
     Exit status 3 when a pose was not found, is not the only one, or does not fit its lengths.
 
-    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
-    lengths: CSV: one column per cable, such as c1 [mm]; c1.geometric [mm] for lengths without stretch.
+    Takes
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml; or rc.robot(...), rc.cable.robot(...).
+    lengths: CSV: one column per cable, such as c1 [mm]; c1.geometric [mm] for lengths without stretch; or rc.table(...), rc.measurements(...).
     sigma: Standard deviation of a length, in the robot file's unit of length, above 0.
-    starts: Number of further starts, to find other poses, 0 or more.
+    starts: Number of further starts, to find other poses, 0 or more.  [default: 24]
     tension: Tension of every cable: cables stretch, in the robot file's unit of force, 0 or more.
     sag: Include the sag of the cables by their weight.
     seed: Seed of all random draws, 0 or more.
@@ -78,7 +84,11 @@ def forward(
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
-    Raises InputError.
+    Returns
+    Found: result (Poses, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
     """
 
 def tension(
@@ -100,10 +110,11 @@ def tension(
 
     Exit status 3 when no tensions hold a pose. cable inverse and cable forward read the written list.
 
-    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
-    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw.
-    method: norm (least), mid, closed, barycentre (continuous), p-norm.
-    power: Exponent of --method p-norm, from 2 on.  [default: 4]
+    Takes
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml; or rc.robot(...), rc.cable.robot(...).
+    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw; or rc.table(...).
+    method: norm (least), mid, closed, barycentre (continuous), p-norm.  [default: 'norm']
+    power: Exponent of method='p-norm', from 2 on.  [default: 4]
     mass: Mass of the platform, in place of that in the robot file, in the robot file's unit of mass, 0 or more.
     payload: Payload at the centre of mass, in the robot file's unit of mass, 0 or more.
     wrench: Acts on the platform at its origin, base axes: the robot file's unit of force, and Nm.
@@ -113,7 +124,11 @@ def tension(
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
-    Raises InputError.
+    Returns
+    Found: result (Tensions, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
     """
 
 def workspace(
@@ -141,7 +156,8 @@ def workspace(
 
     Exit status 3 when it can be held nowhere.
 
-    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
+    Takes
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml; or rc.robot(...), rc.cable.robot(...).
     orientation: A rotation vector; repeat for several, all of which must be held, in the robot file's unit of angle.  [default: upright]
     tilt: Hold tilts too: half the angle and all of it, about 8 horizontal axes, in the robot file's unit of angle.
     payload: Payload at the centre of mass, one number or a range, for example 0,20, in the robot file's unit of mass.
@@ -153,14 +169,18 @@ def workspace(
     limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
     length: Divides moments to compare them with forces, in the robot file's unit of length, above 0.  [default: 1 m]
     box: Search box, in the robot file's unit of length.  [default: the reach of the frame]
-    cells: Cells of the grid along each axis, 2 to 300.
-    rays: Number of rays to the exact boundary, 20 to 200000.
+    cells: Cells of the grid along each axis, 2 to 300.  [default: 41]
+    rays: Number of rays to the exact boundary, 20 to 200000.  [default: 4000]
     start: Start of the rays, in the robot file's unit of length.  [default: the mean of the frame anchors, or the middle of the workspace]
     output: Write workspace.json, workspace.csv, outlines.csv, surface.ply, surface.stl and report.html here.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
-    Raises InputError.
+    Returns
+    Found: result (Workspace, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
     """
 
 def poses(
@@ -192,34 +212,39 @@ def poses(
 ) -> Found[_poses_Listed]:
     """Poses that the platform can reach and leave again: with feasible tensions on the whole path, and without contact of a cable.
 
-    With --choose the folder also gets lengths.yaml and poses.yaml with their tables, to fill in what is measured at the chosen poses.
+    With choose= the folder also gets lengths.yaml and poses.yaml with their tables, to fill in what is measured at the chosen poses.
 
-    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
-    poses: Poses to list, 1 to 10000.
-    mu: Used fraction of each free path, above 0 and at most 1.
-    start: X_0: mean of the frame anchors, best of a grid, or X,Y,Z[,RX,RY,RZ] in the robot file's units.
+    Takes
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml; or rc.robot(...), rc.cable.robot(...).
+    poses: Poses to list, 1 to 10000.  [default: 200]
+    mu: Used fraction of each free path, above 0 and at most 1.  [default: 0.95]
+    start: X_0: mean of the frame anchors, best of a grid, or X,Y,Z[,RX,RY,RZ] in the robot file's units.  [default: 'mean']
     box: The box Z of random poses, in place of the box in which the frame can hold the platform, in the robot file's unit of length.
-    scale: Z, as a multiple of the machine, 0 to 1000.
+    scale: Z, as a multiple of the machine, 0 to 1000.  [default: 1.1]
     turn: Turns in Z, about each axis, in the robot file's unit of angle.  [default: 30 deg]
     diameter: Diameter of every cable, in place of that in the robot file, in the robot file's unit of length, 0 or more.
-    body: The platform: hull or box of its anchors, none, or LX,LY,LZ.
+    body: The platform: hull or box of its anchors, none, or LX,LY,LZ.  [default: 'hull']
     relief: Distance from an anchor within which a cable may touch its own eyelet, in the robot file's unit of length, above 0.  [default: 10 diameters]
     payload: Payload at the centre of mass, in the robot file's unit of mass, 0 or more.
     mass: Mass of the platform, in place of that in the robot file, in the robot file's unit of mass, 0 or more.
     limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
-    method: norm (least), mid, closed, barycentre (continuous), p-norm.
-    steps: Waypoints on each path, 1 to 1000.
+    method: norm (least), mid, closed, barycentre (continuous), p-norm.  [default: 'norm']
+    steps: Waypoints on each path, 1 to 1000.  [default: 10]
     choose: Choose the N poses that are best for calibration.
-    criterion: For --choose: A (least rms), D, I, G, E, O1 to O5.
-    sigma: For --choose: standard deviation of a length, in the robot file's unit of length, above 0.  [default: 1 mm, converted]
-    pose_noise: For --choose: standard deviation per axis of a measured pose, in the robot file's units.
-    encoders_only: For --choose: no instrument measures poses.
+    criterion: For choose=: A (least rms), D, I, G, E, O1 to O5.  [default: 'A']
+    sigma: For choose=: standard deviation of a length, in the robot file's unit of length, above 0.  [default: 1 mm, converted]
+    pose_noise: For choose=: standard deviation per axis of a measured pose, in the robot file's units.
+    encoders_only: For choose=: no instrument measures poses.
     seed: Seed of all random draws, 0 or more.
-    output: Write poses.csv, program.csv, list.json and report.html here; with --choose chosen.csv, and data files to fill in.
+    output: Write poses.csv, program.csv, list.json and report.html here; with choose= chosen.csv, and data files to fill in.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
-    Raises InputError.
+    Returns
+    Found: result (Listed, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
     """
 
 def contact(
@@ -242,11 +267,12 @@ def contact(
     Contacts are certified between the poses too. Exit status 3 where a motion is not possible to its end; its share, 0 to 1, is the
     possible part.
 
-    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
-    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw.
+    Takes
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml; or rc.robot(...), rc.cable.robot(...).
+    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw; or rc.table(...).
     from_first: Move to every pose from the first one, not from the one before: a list of targets.
     diameter: Diameter of every cable, in place of that in the robot file, in the robot file's unit of length, 0 or more.
-    body: The platform: hull or box of its anchors, none, or LX,LY,LZ.
+    body: The platform: hull or box of its anchors, none, or LX,LY,LZ.  [default: 'hull']
     relief: Distance from an anchor within which a cable may touch its own eyelet, in the robot file's unit of length, above 0.  [default: 10 diameters]
     payload: Payload at the centre of mass, in the robot file's unit of mass, 0 or more.
     mass: Mass of the platform, in place of that in the robot file, in the robot file's unit of mass, 0 or more.
@@ -255,7 +281,11 @@ def contact(
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
-    Raises InputError.
+    Returns
+    Found: result (Motions, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
     """
 
 def rezero(
@@ -274,10 +304,11 @@ def rezero(
 
     The result is the robot's file with these zeros, which every verb reads. Several poses show whether they agree.
 
-    Exit status 3 where the zeros of single poses differ by more than --sigma allows.
+    Exit status 3 where the zeros of single poses differ by more than sigma= allows.
 
-    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
-    lengths: CSV: what the sensors show, one column per cable, such as c1 [mm].
+    Takes
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml; or rc.robot(...), rc.cable.robot(...).
+    lengths: CSV: what the sensors show, one column per cable, such as c1 [mm]; or rc.table(...), rc.measurements(...).
     at: Where the platform stood: X,Y,Z or X,Y,Z,RX,RY,RZ in the robot file's units.
     poses: CSV of poses in which the ids of LENGTHS stand.
     sigma: Standard deviation of a length, in the robot file's unit of length, above 0.
@@ -286,7 +317,11 @@ def rezero(
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
-    Raises InputError.
+    Returns
+    Found: result (Rezeroed, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
     """
 
 def require(
@@ -303,24 +338,29 @@ def require(
     force: bool = False,
     watch: _Watch | None = None,
 ) -> Found[_require_Required]:
-    """Predict the accuracy of a calibration of frame anchors and zeros, before anything is measured. With --accuracy, compute which
+    """Predict the accuracy of a calibration of frame anchors and zeros, before anything is measured. With accuracy=, compute which
     sensors and how many poses it needs.
 
     Exit status 3 when the accuracy is not reached with these noises and poses.
 
-    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
-    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw.
-    sigma: Standard deviation of a length.
+    Takes
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml; or rc.robot(...), rc.cable.robot(...).
+    poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw; or rc.table(...).
+    sigma: Standard deviation of a length.  [default: '1mm']
     sigma_position: The same of a component of the measured position.  [default: known exactly]
     sigma_orientation: The same of a component of the measured rotation vector.  [default: known exactly]
     accuracy: The required error, root mean square.
-    of: Quantity of --accuracy: frame anchors (components), zeros, or the platform's position or orientation.
-    estimator: Maximum likelihood with free poses, as identify does it, or every cable by itself: maximum-likelihood, per-cable.
+    of: Quantity of accuracy=: frame anchors (components), zeros, or the platform's position or orientation.  [default: 'anchors']
+    estimator: Maximum likelihood with free poses, as identify does it, or every cable by itself: maximum-likelihood, per-cable.  [default: 'maximum-likelihood']
     output: Write require.json, contours.csv and report.html here.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
-    Raises InputError.
+    Returns
+    Found: result (Required, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
     """
 
 def drift(
@@ -338,8 +378,9 @@ def drift(
     It also reports changes of zeros, scale and base.
 
     Every later run is compared with the first. Towards the platform, an anchor and the zero of its cable have the same effect. So
-    that direction has the largest uncertainty, unless --zeros-unchanged states that the sensors counted on.
+    that direction has the largest uncertainty, unless zeros_unchanged=True states that the sensors counted on.
 
+    Takes
     runs: Run folders of one robot, the earliest first; robot files give only the scatter.
     zeros_unchanged: The sensors counted on between the runs: their zeros are the same.
     base_moves: The coordinates may differ by a motion: another instrument, or another place of it.
@@ -348,7 +389,11 @@ def drift(
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
-    Raises InputError.
+    Returns
+    Found: result (Drifts, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
     """
 
 def straightness(
@@ -371,11 +416,12 @@ def straightness(
 
     Loads that were measured on a cable give its weight and its elasticity, as a constant and as a curve, with 95 % intervals. The
     folder then gets the robot's file with weight and constant elasticity.
-    Without --tension, tensions are those of the list of poses, else the least ones that hold the platform.
+    Without tension=, tensions are those of the list of poses, else the least ones that hold the platform.
 
-    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml.
+    Takes
+    robot: robot.yaml with kind: cable, or CASPR's X_cables.xml; or rc.robot(...), rc.cable.robot(...).
     poses: CSV of poses: x [m], y, z, rx [deg], ry, rz, or a quaternion.  [default: the middle of the frame]
-    wanted: The error that is allowed, of a length and of a position.
+    wanted: The error that is allowed, of a length and of a position.  [default: '1mm']
     loads: Measured loads of a cable: data.yaml, or a CSV whose headers carry units.
     tension: Tension of every cable: cables stretch, in the robot file's unit of force, 0 or more.
     span: Span of the level cable in the table, in the robot file's unit of length, above 0.  [default: the longest cable]
@@ -383,9 +429,13 @@ def straightness(
     mass: Mass of the platform, in place of that in the robot file, in the robot file's unit of mass, 0 or more.
     payload: Payload at the centre of mass, in the robot file's unit of mass, 0 or more.
     limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
-    output: Write straightness.csv, straightness.json and report.html here; with --loads also robot.yaml, with what they tell.
+    output: Write straightness.csv, straightness.json and report.html here; with loads= also robot.yaml, with what they tell.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
-    Raises InputError.
+    Returns
+    Found: result (Straightness, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
     """

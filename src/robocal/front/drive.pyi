@@ -3,7 +3,7 @@ import os
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from robocal.front.arrays import Measurements
+from robocal.front.measurements import Measurements
 from robocal.front.verb_result import Found
 from robocal.session.drive.drive_group import IdentifiedDrives as _identify_IdentifiedDrives
 from robocal.session.drive.drive_result import IdentifiedDrive as _identify_IdentifiedDrive
@@ -38,23 +38,28 @@ def identify(
     Lead the motor slowly with a proportional position loop: 3 deg/s, two turns, in both directions, without a load. Log time, angle, and
     the current or torque that the drive asks.
 
+    Takes
     logs: data.yaml of a log, or a CSV whose headers carry units; the slowest are fitted, the others compared.
     columns: Columns of a CSV, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag; angle.left is that of motor left.
-    orders: At most so many orders, 1 to 100.
-    phases: One lag for both directions, or phases of their own; auto: what held-out arcs prefer.
+    orders: At most so many orders, 1 to 100.  [default: 20]
+    phases: One lag for both directions, or phases of their own; auto: what held-out arcs prefer.  [default: 'auto']
     eccentric: The encoder may be off its centre: two numbers in place of sidebands.
     slots: Slots of the motor, 1 or more.  [default: as the data file says]
     poles: Poles of the motor, two for each pair, 2 or more.  [default: as the data file says]
-    method: Harmonics, or the seed document's table for each direction: harmonics, seed.
-    degree: Degree of the polynomials of --method seed, 2 to 3.
-    window: Window of --method seed [deg], above 0 and at most 60.
+    method: Harmonics, or the seed document's table for each direction: harmonics, seed.  [default: 'harmonics']
+    degree: Degree of the polynomials of method='seed', 2 to 3.  [default: 2]
+    window: Window of method='seed' [deg], above 0 and at most 60.  [default: 5.0]
     each: Every log is of a motor of its own: one table, and a folder for each.
     loaded: The logs have a load: what comes once per turn is its weight.
     output: Folder for motor.yaml, drive.json and report.html.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
-    Raises InputError.
+    Returns
+    Found: result (IdentifiedDrive | IdentifiedDrives, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
     """
 
 def validate(
@@ -70,7 +75,8 @@ def validate(
 ) -> Found[_validate_DriveValidation]:
     """Ask what the table of a motor explains of another log, at any speed.
 
-    motor: The folder of robocal drive identify, or its motor.yaml.
+    Takes
+    motor: The folder of rc.drive.identify, or its motor.yaml; or what identify gave and wrote.
     log: data.yaml of another log, or a CSV whose headers carry units.
     columns: Columns of a CSV, NAME=COLUMN:UNIT; names are time, angle, current, torque, flag.
     beside: Other runs of the same motor, whose tables are compared row by row.
@@ -79,7 +85,11 @@ def validate(
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
-    Raises InputError.
+    Returns
+    Found: result (DriveValidation, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
     """
 
 def compensate(
@@ -96,9 +106,10 @@ def compensate(
 ) -> Found[_compensate_DriveTable]:
     """Write the table that compensates a motor's cogging, for a controller.
 
-    motor: The folder of robocal drive identify, or its motor.yaml.
-    format: Form of the table: csv, json, c, c-float, odrive, array.
-    cells: Cells of the turn; odrive has 3600, 36 to 65536.
+    Takes
+    motor: The folder of rc.drive.identify, or its motor.yaml; or what identify gave and wrote.
+    format: Form of the table: csv, json, c, c-float, odrive, array.  [default: 'csv']
+    cells: Cells of the turn; odrive has 3600, 36 to 65536.  [default: 3600]
     unit: Unit of the table: A, Nm.  [default: that of the log]
     friction: Add Coulomb friction, each direction its own.
     torque_constant: Torque constant k_c: current is torque divided by it [Nm/A], above 0.  [default: that of the log's data file]
@@ -106,7 +117,11 @@ def compensate(
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
-    Raises InputError.
+    Returns
+    Found: result (DriveTable, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
     """
 
 def simulate(
@@ -124,6 +139,7 @@ def simulate(
     The sweep is driven by a proportional controller, in both directions. The ramp is followed by PID controllers, without compensation,
     with it, and with a table without its mean. The log is a file that `drive identify` reads.
 
+    Takes
     spec: motor.yaml of a motor to be simulated: what it truly is, its sweep and its ramp.
     gain: Proportional gain of the sweep [N m/rad], above 0.  [default: the first of the file]
     speed: Speed of the sweep [deg/s], above 0 and at most 1000.  [default: as the file says]
@@ -132,5 +148,9 @@ def simulate(
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
-    Raises InputError.
+    Returns
+    Found: result (MotorTrial, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
     """

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from html import escape
 from importlib import import_module
 from itertools import count
 from pathlib import Path
@@ -15,14 +14,25 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robocal._types import Array
+from robocal.errors import ModelError
 from robocal.files.plain import plain
 from robocal.files.result import Result
 from robocal.files.runfolder import obstacle
 from robocal.files.writing import write_text
+from robocal.fit.estimators import estimator
+from robocal.front.cell import cell
+from robocal.front.plots import Plot, choose_plot, figures
+from robocal.front.result_columns import (
+    Covariance,
+    ParameterColumns,
+    ResidualColumns,
+    parameter_columns,
+    residual_columns,
+)
+from robocal.front.spelling import PythonRemark, python_message, python_sections
 from robocal.measure.reach import reach
 from robocal.quantities import Listing
-from robocal.remarks.remark import Message
-from robocal.report.page import embed
+from robocal.report.page import page
 from robocal.report.plain_text import text
 from robocal.report.sections import Section, Text, ends
 from robocal.report.sections import listing_table as rows_of
@@ -35,6 +45,7 @@ T = TypeVar("T")
 
 SHOWN = count(1)  # pages that this process drew: each has identifiers of its own
 SHORT = 18  # lines of a repr
+FIRST = ("errors", "workspace", "directions")  # figures that a cell shows before others
 
 
 class Found(Generic[T]):
@@ -71,9 +82,9 @@ class Found(Generic[T]):
         return self._outcome.trusted
 
     @property
-    def remarks(self) -> tuple[Message, ...]:
-        """What is worth knowing."""
-        return self._outcome.remarks
+    def remarks(self) -> tuple[PythonRemark, ...]:
+        """What is worth knowing, each with `sentence` and `advice`, in the words of Python."""
+        return tuple(python_message(said, self._path) for said in self._outcome.remarks)
 
     @property
     def text(self) -> str | None:
@@ -89,31 +100,51 @@ class Found(Generic[T]):
     def sections(self) -> tuple[Section, ...]:
         """What is to be said: headings, text, tables, remarks."""
         told = tuple(self._verb.sections(self._outcome)) if self.text is None or self.written else ()
-        if self.text is None:
-            return told
-        # What goes beside a list on the terminal has no other place here.
-        note = Section.of("", Text.of(self._outcome.note)) if self._outcome.note else None
-        return (*told, *([note] if note else []), *ends(self.remarks))
+        if self.text is not None:
+            # What goes beside a list on the terminal has no other place here.
+            note = Section.of("", Text.of(self._outcome.note)) if self._outcome.note else None
+            told = (*told, *([note] if note else []), *ends(self._outcome.remarks))
+        return python_sections(told, self._path)
+
+    @property
+    def _page(self) -> tuple[Section, ...]:
+        """Everything that a page shows: of a verb that makes a list, the list too."""
+        more = getattr(self._verb, "details", None)
+        listed = (Section.of("", rows_of(self.listing)),) if self.listing is not None and not self.written else ()
+        return (*listed, *self.sections, *(python_sections(more(self._outcome), self._path) if more else ()))
 
     def summary(self) -> str:
         """Everything that the terminal would show, as text."""
         listed = [self.text.rstrip()] if self.text is not None and not self.written else []
         return "\n\n".join(part for part in (*listed, text(self.sections)) if part)
 
+    @property
+    def plots(self) -> tuple[str, ...]:
+        """The names of the figures that `plot(name)` gives."""
+        return tuple(name for name, _ in figures(self._page))
+
+    def plot(self, name: str | None = None) -> Plot:
+        """A figure of the page by its name (`plots` lists them), without a name the first; a notebook shows it, `save` writes it.
+
+        Raises ModelError where there is none."""
+        return choose_plot(self._page, name, FIRST)
+
+    def report(self, file: str | os.PathLike[str]) -> Path:
+        """Writes the page: everything that was found, with all figures. Raises FileError."""
+        return write_text(file, page(f"robocal {self._path.replace('.', ' ')}", self._page, kind="Result"))
+
     def _repr_html_(self) -> str:
-        more = getattr(self._verb, "details", None)
-        listed, shown = "", (*self.sections, *(more(self._outcome) if more else ()))
-        if self.text is not None and not self.written:
-            if self.listing is None:
-                listed = f"<pre>{escape(self.text)}</pre>\n"
-            else:
-                shown = (Section.of("", rows_of(self.listing)), *shown)
-        return listed + embed(shown, f"robocal-{next(SHOWN)}")
+        listed = () if self.listing is None or self.written else (Section.of("", rows_of(self.listing)),)
+        raw = self.text if self.listing is None and not self.written else None
+        return cell((*listed, *self.sections), self._page, FIRST, raw, f"robocal-{next(SHOWN)}")
+
+    def _repr_markdown_(self) -> str:
+        return f"```text\n{self!r}\n```"
 
     def __repr__(self) -> str:
         listed = self.text is not None and not self.written
         lines = [line for line in (self.text or "" if listed else self.summary()).splitlines() if line.strip()]
-        more = "text has all of it" if listed else "summary() says more"
+        more = "text has all of it" if listed else "summary() and report(file) say more"
         return "\n".join(lines[:SHORT] + ([f"... {more}"] if len(lines) > SHORT else []))
 
 
@@ -151,6 +182,29 @@ class Identified(Found[Result]):
         shown = ("name", "unit", "nominal", "identified", "delta", "sigma", "interval", "status", "note")
         return [{k: getattr(p, k) for k in shown} for p in self.result.parameters]
 
+    @property
+    def parameters(self) -> ParameterColumns:
+        """The same as columns, which any data frame takes: `pandas.DataFrame(found.parameters)`."""
+        return parameter_columns(self.result.parameters)
+
+    @property
+    def residuals(self) -> ResidualColumns:
+        """What is left of every measurement before and after, as columns (mm, deg, px): `pandas.DataFrame(found.residuals)`."""
+        return residual_columns(self._outcome.result.residuals)
+
+    @property
+    def covariance(self) -> Covariance:
+        """Names, units and covariance matrix of the parameters in SI, as covariance.json of a run folder.
+
+        Raises ModelError for a method that knows none."""
+        found = self._outcome.result.identification
+        if estimator(found.options.method).blind:
+            message = "this method has no covariance"
+            raise ModelError(message, argument="method", found=found.options.method, expected='method="lm" or "ekf"')
+        table, total = found.table, found.total
+        units = tuple(table[n].unit if n in table else "1" for n in total.names)
+        return Covariance(tuple(total.names), units, np.array(total.covariance))
+
     def save(self, folder: str | os.PathLike[str], *, force: bool = False) -> tuple[Path, ...]:
         """Writes the run folder that the other verbs read; one that holds anything but an untouched run only with `force`.
         Raises FileError."""
@@ -160,7 +214,7 @@ class Identified(Found[Result]):
         return save(self._outcome.result, place).written
 
     def report(self, file: str | os.PathLike[str]) -> Path:
-        """Writes the page alone, as report.html of a run folder. Raises FileError."""
+        """Writes the page alone, as report.html of a run folder: everything that was found, with all figures. Raises FileError."""
         from robocal.report.identified import report
 
         made = self._outcome.result

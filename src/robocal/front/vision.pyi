@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from robocal.files.plus import ProbeFiles as _probe_ProbeFiles
-from robocal.front.arrays import Measurements
+from robocal.front.measurements import Measurements
 from robocal.front.verb_result import Found
 from robocal.session.vision.detection import Detected as _detect_Detected
 from robocal.session.vision.hand_eye_result import HandEyeCalibration as _hand_eye_HandEyeCalibration
@@ -42,8 +42,9 @@ def sheet(
     A bar of 100 mm at its foot shows the scale of the printer. Everything is as large as the paper permits unless you say
     how large. Markers keep two cells of white around themselves.
 
-    pattern: What to print: marker, grid, checkerboard, charuco, aprilgrid.
-    paper: A4, A3, letter, or WIDTHxHEIGHT in mm.
+    Takes
+    pattern: What to print: marker, grid, checkerboard, charuco, aprilgrid.  [default: 'grid']
+    paper: A4, A3, letter, or WIDTHxHEIGHT in mm.  [default: 'A4']
     dictionary: Dictionary of the markers, such as 6x6_250 or 36h11.  [default: 6x6_250; 36h11 for an aprilgrid]
     first: Number of the first marker, 0 or more.
     ids: Numbers of the markers, in place of one after the other.
@@ -53,11 +54,15 @@ def sheet(
     square: Edge of a square of a board [mm], 1 or more.
     pitch: From marker to marker of a grid [mm], above 0.  [default: two cells of white]
     border: Cells of black around a marker's code, 1 to 2.  [default: 1; 2 for an aprilgrid, as Kalibr has it]
-    output: The PDF; the YAML gets its name.
+    output: The PDF; the YAML gets its name.  [default: PosixPath('sheet.pdf')]
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
-    Raises InputError.
+    Returns
+    Found: result (Printed, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
     """
 
 def detect(
@@ -79,8 +84,9 @@ def detect(
     """Find printed targets in the images of one camera, and list their corners for kind: pixels.
 
     Targets are markers (ArUco, AprilTag; several on a sheet are a grid), a checkerboard, or a ChArUco board. A sheet
-    of robocal vision sheet says all of it: --sheet. Without --sheet, --dictionary and --checker all are tried on three images.
+    of rc.camera.sheet says all of it: sheet=. Without sheet=, dictionary= and checker= all are tried on three images.
 
+    Takes
     images: Images of one camera: files, folders, patterns, lists (.txt), videos.
     sheet: The YAML of a printed sheet, or of a target of Kalibr; it says dictionary, board and sizes.
     dictionary: Dictionary of the markers: 4x4_50 to 7x7_1000, 16h5, 25h9, 36h10, 36h11, mip_36h12, original.
@@ -89,13 +95,17 @@ def detect(
     size: Edge of a marker's black square, as measured on the print [mm], above 0.
     square: Edge of a square of a board, as measured on the print [mm], above 0.
     lens: The lens, where it is known: corners are searched through it, with smaller standard deviations.
-    search: What looks for markers; the AprilTag library needs pip install 'robocal[apriltag]': opencv, apriltag.
-    every: Of a video, take one frame in so many, 1 or more.
+    search: What looks for markers; the AprilTag library needs pip install 'robocal[apriltag]': opencv, apriltag.  [default: 'opencv']
+    every: Of a video, take one frame in so many, 1 or more.  [default: 10]
     output: Write the list here, and a document and a page beside it.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
-    Raises InputError.
+    Returns
+    Found: result (Detected, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
     """
 
 def intrinsics(
@@ -120,14 +130,15 @@ def intrinsics(
     No robot is needed: in every view the target may be anywhere. Take 15 to 40 views, tilted by 20 to 45 deg in different
     directions, near and far, and bring the target into all corners of the image.
 
-    corners: corners.csv of robocal vision detect, or a table with its columns.
-    model: Model of the lens: brown, rational, fisheye.  [default: that of --lens; brown]
+    Takes
+    corners: corners.csv of rc.camera.detect, or a table with its columns.
+    model: Model of the lens: brown, rational, fisheye.  [default: that of lens=; brown]
     lens: The lens that is known so far: lens.yaml, or a file of OpenCV, ROS or Kalibr.
     fix: Numbers of the lens that stay as they are: k3, p1,p2.
     size: Edge of a marker's black square, as measured on the print [mm], above 0.
     square: Edge of a square of a board, as measured on the print [mm], above 0.
     checker: Squares of a checkerboard whose corners have numbers, but no places.
-    sheet: sheet.yaml of robocal vision sheet: where its markers are.
+    sheet: sheet.yaml of rc.camera.sheet: where its markers are.
     image: Size of the images in pixels.  [default: that in the JSON beside the corners]
     images: Images of the corners, as for detect: corners are fitted again in them, with the lens.
     exclude: Leave rows out: ids of configurations, rows such as 7 or 10-20, FILE:ROW.
@@ -135,7 +146,11 @@ def intrinsics(
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
-    Raises InputError.
+    Returns
+    Found: result (Intrinsics, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
     """
 
 def map(
@@ -165,27 +180,32 @@ def map(
     Put markers of different numbers anywhere, and take 20 to 100 images from different sides. Every image should show
     several markers, and every marker should be in three images or more.
 
-    corners: corners.csv of robocal vision detect, a table with view, marker, corner, u, v, or a folder of images.
+    Takes
+    corners: corners.csv of rc.camera.detect, a table with view, marker, corner, u, v, or a folder of images.
     lens: The lens of the camera: lens.yaml, or a file of OpenCV, ROS or Kalibr.
     held: Find the camera in this map: map.yaml, or a file of TagSLAM, MarkerMapper or PLY.
     size: Edge of the markers' black squares in mm, as measured; of some alone as 7=120.
-    size_sigma: What all edges in --size together may be off by, in mm: ink, paper, gauge; 0: nothing, 0 or more.
-    size_scatter: By how much edges differ from marker to marker, in percent; 0: not at all, 0 or more.
+    size_sigma: What all edges in size= together may be off by, in mm: ink, paper, gauge; 0: nothing, 0 or more.  [default: 0.2]
+    size_scatter: By how much edges differ from marker to marker, in percent; 0: not at all, 0 or more.  [default: 0.3]
     prior: What is known of the markers beforehand: surveyed tags, boards, the map of last month.
-    sheet: sheet.yaml of robocal vision sheet, or a target of Kalibr; one for each sheet.
+    sheet: sheet.yaml of rc.camera.sheet, or a target of Kalibr; one for each sheet.
     images: Images of a list of corners: corners are fitted again in them, with the lens of the map.
     dictionary: Dictionary of the markers in images: 4x4_50 to 7x7_1000, 16h5, 25h9, 36h10, 36h11, mip_36h12, original.
     origin: Marker in which the coordinates begin, with its axes.  [default: the one that most views show]
     without: Markers that are left out.
     fix: Numbers of the lens that stay as they are: k3, p1,p2.
-    loss: Loss of the fit: huber counts what is far off less: huber, none, cauchy, tukey.
+    loss: Loss of the fit: huber counts what is far off less: huber, none, cauchy, tukey.  [default: 'huber']
     image: Size of the images in pixels.  [default: that of the lens, or in the JSON beside the corners]
     exclude: Leave rows out: ids of configurations, rows such as 7 or 10-20, FILE:ROW.
     output: Write the map here, and its covariance, a document and a page beside it.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
-    Raises InputError.
+    Returns
+    Found: result (MarkerMapResult | MapPlaces, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
     """
 
 def hand_eye(
@@ -227,9 +247,10 @@ def hand_eye(
     A target stands on the table before a camera in the hand, or hangs on the flange before a camera that stands. Take 15 to 30
     views; turn the hand by 30 deg or more between them, about two axes.
 
-    corners: A folder of images, corners.csv of robocal vision detect, or a CSV of poses of a target: x, y, z, qx, qy, qz, qw.
-    robot: The robot's poses, flange in base: a CSV, or a folder with a YAML file for each.
-    camera: Where the camera is: in the hand, or fixed beside the robot.
+    Takes
+    corners: A folder of images, corners.csv of rc.camera.detect, or a CSV of poses of a target: x, y, z, qx, qy, qz, qw.
+    robot: The robot's poses, flange in base: a CSV, or a folder with a YAML file for each; or rc.table(...).
+    camera: Where the camera is: in the hand, or fixed beside the robot.  [default: 'hand']
     lens: The lens of the images: lens.yaml, or a file of OpenCV, ROS, Kalibr or a depth camera.
     rig: Cameras that are bolted to the one in the hand: a YAML file with the corners, lens and place of each.
     free_lens: Find the lens too: known as lens.yaml says, else to 10 px (focal length, centre) and 0.1 (distortion), or by these views.
@@ -241,7 +262,7 @@ def hand_eye(
     quaternion: The order in which quaternions stand: xyzw, wxyz.  [default: as their columns are named]
     arm: POSES are joint values of this arm: robot.yaml, a URDF, or a name from the catalogue.
     inverse: The poses are of the base in the flange, not of the flange in the base.
-    pair: How views and poses belong together: name, order, time.  [default: time with --free-delay, else name, else order]
+    pair: How views and poses belong together: name, order, time.  [default: time with free_delay=True, else name, else order]
     undo_half_turns: A board that looks the same after half a turn: label its corners from one end in all views.
     target_units: Units of poses of a target, as mm,deg; they count before those of headers.  [default: those of headers; m,rad]
     target_quaternion: The order in which quaternions of a target stand: xyzw, wxyz.  [default: as their columns are named]
@@ -251,7 +272,7 @@ def hand_eye(
     size: Edge of a marker's black square, as measured on the print [mm], above 0.
     square: Edge of a square of a board, as measured on the print [mm], above 0.
     checker: A checkerboard of so many squares: in images, or of corners that have no places.
-    sheet: sheet.yaml of robocal vision sheet: where its markers are.
+    sheet: sheet.yaml of rc.camera.sheet: where its markers are.
     image: Size of the images in pixels.  [default: that in the JSON beside the corners]
     exclude: Leave rows out: ids of configurations, rows such as 7 or 10-20, FILE:ROW.
     folds: Leave views out in so many rounds, not one by one, 2 or more.  [default: one by one, up to 400 views]
@@ -259,7 +280,11 @@ def hand_eye(
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
-    Raises InputError.
+    Returns
+    Found: result (HandEyeCalibration, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
     """
 
 def probe(
@@ -275,13 +300,18 @@ def probe(
     The folder gets a rig whose poses are known, and a data file with its table for calibration and validation. `identify` finds the image
     plane with the sizes of a pixel.
 
+    Takes
     results: The result of fCal: <ProbeCalibrationResult>.
     configuration: Its configuration, with the wires and the place of the phantom: <PlusConfiguration>.
-    output: Folder for the files.
+    output: Folder for the files.  [default: PosixPath('.')]
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
-    Raises InputError.
+    Returns
+    Found: result (ProbeFiles, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
     """
 
 def compare(
@@ -297,13 +327,18 @@ def compare(
     The maps are aligned on all markers that all of them have. The scatter of each marker is listed along the axes of the reference
     marker, beside its distance from it and the predicted scatter. A marker that moved between two maps is named with its distance.
 
+    Takes
     maps: Maps of the same markers: map.yaml, or files of TagSLAM, MarkerMapper, PLY; two or more.
     reference: The marker whose axes are taken, and from which distances count.  [default: the first of the first map]
     output: Write maps.json, markers.csv, distance.svg, axes.svg and report.html here.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
-    Raises InputError.
+    Returns
+    Found: result (ComparedMaps, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
     """
 
 def require(
@@ -326,26 +361,31 @@ def require(
 ) -> Found[_require_MapPlans]:
     """Predict the errors of a map of markers, and of a camera in it, before anything is printed: along x and y, and along z.
 
-    Markers are those of --map, or a grid over --field. With several --size, --height or --tilt every combination is a row.
-    Every second marker is raised by --height. --survey says to what each marker's place is measured by other means.
+    Markers are those of map=, or a grid over field=. With several size=, height= or tilt= every combination is a row.
+    Every second marker is raised by height=. survey= says to what each marker's place is measured by other means.
 
-    poses: CSV of places of the camera in the frame of the map: x, y, z and rx, ry, rz, or qx to qw; z looks ahead.
+    Takes
+    poses: CSV of places of the camera in the frame of the map: x, y, z and rx, ry, rz, or qx to qw; z looks ahead; or rc.table(...).
     lens: The lens of the camera: lens.yaml, or a file of OpenCV, ROS or Kalibr.
     map: Where the markers will be: map.yaml, or a file of TagSLAM, MarkerMapper or PLY.
-    grid: Number of markers along x and y, in place of --map.
+    grid: Number of markers along x and y, in place of map=.
     field: Width and depth of the grid in mm, between middles of markers.
-    size: Edge of the markers' black squares in mm.  [default: that of --map]
+    size: Edge of the markers' black squares in mm.  [default: that of map=]
     height: By how much every second marker is raised, in mm.  [default: 0]
     tilt: By how much each marker is tilted, in deg.  [default: 0]
     survey: Standard deviation to which each marker's place is measured by other means [mm], above 0.  [default: not measured]
-    sigma: Standard deviation of a corner in an image [px], above 0.
+    sigma: Standard deviation of a corner in an image [px], above 0.  [default: 0.3]
     accuracy: The required error of the camera's place, rms of one axis [mm], above 0.
     image: Size of the images in pixels.  [default: that of the lens]
     output: Write require.json, markers.csv and report.html here.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
-    Raises InputError.
+    Returns
+    Found: result (MapPlans, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
     """
 
 def export(
@@ -361,6 +401,7 @@ def export(
 
     Formats of maps: robocal, json, tagslam, markermapper (ArUco), ply. Formats of lenses: robocal, opencv, ros, kalibr.
 
+    Takes
     file: A map or a lens in any of these formats.
     form: The format to write.  [default: by the suffix: .yaml, .json, .ply]
     camera: Of a file with several cameras the one to read, and its name in the output.
@@ -368,5 +409,9 @@ def export(
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
-    Raises InputError.
+    Returns
+    Found: result (ExportedText, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
     """

@@ -19,11 +19,12 @@ from robocal._version import __version__
 from robocal.report.html import html
 from robocal.report.sections import Section, Text
 
-__all__ = ["embed", "page"]
+__all__ = ["embed", "page", "pictures", "standalone"]
 
 # What no page may hold: control characters but line feeds and tabs.
 UNSEEN = re.compile("[\x00-\x08\x0b-\x1f]")
 IDENTIFIER = re.compile(r'((?:\bid|\baria-labelledby)=")([^"]*)"')
+PICTURE = re.compile(r'<svg\b[^>]*class="picture\b.*?</svg>', re.DOTALL)
 SPECIALIST = "For the specialist: every number, and how it was found"
 # Scripts, each of these files, with what a page holds that needs it: something folded, pictures that can be turned.
 STYLES = {"cable/cable.css": 'class="picture cable', "map.css": 'class="picture cable map'}
@@ -98,6 +99,18 @@ def embed(sections: Iterable[Section], key: str) -> str:
     body = IDENTIFIER.sub(lambda m: m[1] + " ".join(f"{key}-{name}" for name in m[2].split()) + '"', shown)
     own = "background: var(--paper); color: var(--ink); padding: 0.5rem 1rem; line-height: 1.5;"
     return f'<div class="robocal"><style>.robocal {{ {own}\n{style}}}</style>\n{body}</div>'
+
+
+def pictures(figure: str) -> list[str]:
+    """The pictures of a figure one by one, without what turns them on a page."""
+    return PICTURE.findall(figure)
+
+
+def standalone(picture: str) -> str:
+    """A picture of a page as a file of its own: with the style that the page gives it."""
+    head = picture.index(">") + 1
+    style = _style(picture).replace(":root", "svg")
+    return f"{picture[:head]}<style>{escape(style, quote=False)}</style>{picture[head:]}\n"
 
 
 def _ways(sections: Sequence[Section], body: str) -> str:
