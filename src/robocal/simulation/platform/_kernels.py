@@ -161,3 +161,72 @@ def runge_kutta(x, cables, body, free, load, rest, speed, tension, period, steps
         for c in range(len(rest)):
             rest[c] = first[c] + (n + 1) * period * speed[c]
     pull(x, cables, body, free, load, rest, speed, tension, acting)
+
+
+@kernel(inline=True)
+def wound(winches, c, angle):
+    """Length that cable c has run out at an angle of its drum (rad): radius times angle, and what layers add."""
+    return angle * (winches[c, 0] + 0.5 * winches[c, 1] * angle)
+
+
+@kernel(inline=True)
+def resist(winches, cogging, c, state, now, period):
+    """Friction (Dahl's bristle and what grows with the speed `now`) and cogging of motor c in N m; its bristle bends by `period`."""
+    speed, reach = state[c, 1], winches[c, 5]
+    end = reach if speed > 0.0 else -reach
+    state[c, 2] = end + (state[c, 2] - end) * math.exp(-abs(speed) * period / reach)
+    out = winches[c, 4] * state[c, 2] / reach + winches[c, 6] * now
+    n = cogging.shape[1] - 1
+    if n > 0:
+        turns = state[c, 0] / (2.0 * math.pi)
+        at = (turns - math.floor(turns)) * n
+        i = int(at)
+        out += cogging[c, i] + (at - i) * (cogging[c, i + 1] - cogging[c, i])
+    return out
+
+
+@kernel(inline=True)
+def winch_rest(winches, state, first, rest, speed, push, ahead):
+    """rest (m,) and speed (m,) <- what drums have run out, and how fast, where the motors will be `ahead` s later at push (m,)."""
+    for c in range(len(rest)):
+        angle = state[c, 0] / winches[c, 2]
+        rest[c] = first[c] + wound(winches, c, angle)
+        rate = (state[c, 1] + ahead * push[c]) / winches[c, 2]
+        speed[c] = (winches[c, 0] + winches[c, 1] * angle) * rate
+
+
+@kernel(inline=True)
+def winch_push(winches, cogging, state, tension, torque, push, period):
+    """push (m,) <- angular acceleration of the motors: the cable pulls them round, torque (m,) winds it in."""
+    for c in range(len(push)):
+        radius = (winches[c, 0] + winches[c, 1] * state[c, 0] / winches[c, 2]) / winches[c, 2]
+        now = state[c, 1] + 0.5 * period * push[c]  # as the last push foretells
+        push[c] = (radius * tension[c] - torque[c] - resist(winches, cogging, c, state, now, period)) / winches[c, 3]
+
+
+@kernel
+def winched(x, cables, body, free, load, winches, cogging, first, state, torque, tension, period, steps):
+    """state x of the platform and state (m, 4) of the motors after `steps` of `period` at torques (m,) in N m, tension (m,) with them.
+
+    winches (m, 7): radius of the drum (m), growth of it (m/rad), gear, inertia at the motor (kg m2), Coulomb torque (N m), angle over which
+    it builds up (rad) and viscous coefficient (N m s) at the motor. cogging (m, k + 1): its table over one turn of the motor, the first
+    entry again at its end; k = 0: none. first (m,): unstretched lengths where motors stand at 0. state: angle and speed of the motor,
+    its bristle (rad), and one number without use; positive angles let cable out. Velocity Verlet, motors and platform alike.
+    """
+    m = cables.shape[0]
+    acting, ahead, push = np.empty(6), np.empty(13), np.zeros(m)
+    rest, speed = np.empty(m), np.empty(m)
+    winch_rest(winches, state, first, rest, speed, push, 0.0)
+    pull(x, cables, body, free, load, rest, speed, tension, acting)
+    winch_push(winches, cogging, state, tension, torque, push, 0.0)
+    half = 0.5 * period
+    for _ in range(steps):
+        for c in range(m):
+            state[c, 1] += half * push[c]
+            state[c, 0] += period * state[c, 1]
+        winch_rest(winches, state, first, rest, speed, push, half)
+        drift(x, acting, body, period)
+        kick(x, ahead, cables, body, free, load, rest, speed, tension, acting, period)
+        winch_push(winches, cogging, state, tension, torque, push, period)
+        for c in range(m):
+            state[c, 1] += half * push[c]

@@ -93,20 +93,31 @@ class PlatformPlant:
         2 rad.
         """
         go = look_up(METHODS, method, "unknown method", "method")
-        require(
-            0 <= seconds < np.inf and 0 < step < np.inf, "no such times", key="seconds, step", found=(seconds, step)
-        )
-        steps = int(np.ceil(seconds / step - 1e-9))  # tolerance: of a step; 0.2 / 0.001 is no 201 steps
+        steps = self.steps(motion.rest, seconds, step)
         period = seconds / steps if steps else step
-        turn = period * self.fastest(motion.rest)
-        require(not steps or turn < STIFF, "the step is too long for such stiff cables", key="step", found=f"{period:.3g} s",
-                expected=f"below {STIFF * period / turn:.2g} s")  # fmt: skip
-        x = self._state(motion)
+        x = self.state(motion)
         rest, tension = as_kernel_array(motion.rest.copy()), np.empty(len(self.cables))
         rate = as_kernel_array(np.broadcast_to(np.asarray(speed, float), rest.shape))
         total = as_kernel_array(self.weight + np.broadcast_to(np.asarray(load, float), (6,)))
         go(x, self.cables, self.body, self.free, total, rest, rate, tension, period, steps)
-        return self._motion(x, rest, tension)
+        return self.motion(x, rest, tension)
+
+    def steps(self, rest: ArrayLike, seconds: float, step: float) -> int:
+        """Into how many steps of at most `step` a time is divided. Raises ModelError for no such times, and for a step that is too long."""
+        require(
+            0 <= seconds < np.inf and 0 < step < np.inf, "no such times", key="seconds, step", found=(seconds, step)
+        )
+        steps = int(np.ceil(seconds / step - 1e-9))  # tolerance: of a step; 0.2 / 0.001 is no 201 steps
+        turn = seconds / max(steps, 1) * self.fastest(rest)
+        expected = f"below {STIFF * step / max(turn, STIFF):.2g} s"
+        require(
+            turn < STIFF,
+            "the step is too long for such stiff cables",
+            key="step",
+            found=f"{step:.3g} s",
+            expected=expected,
+        )
+        return steps
 
     def fastest(self, rest: ArrayLike) -> float:
         """A bound of the fastest vibration in rad/s: all cables as one spring, on the mass and on the least inertia."""
@@ -116,7 +127,7 @@ class PlatformPlant:
 
     def energy(self, motion: Motion) -> tuple[float, float, float]:
         """Energy of motion, of height and of stretch, J."""
-        x = self._state(motion)
+        x = self.state(motion)
         r = motion.pose[:3, :3] @ self.axes
         omega = r.T @ motion.momentum / self.inertia
         moving = 0.5 * self.mass * motion.velocity @ motion.velocity + 0.5 * (self.inertia * omega**2).sum()
@@ -128,14 +139,16 @@ class PlatformPlant:
             float((0.5 * self.cables[:, 3] / motion.rest * stretch**2).sum()),
         )
 
-    def _state(self, motion: Motion) -> Array:
+    def state(self, motion: Motion) -> Array:
+        """The state (13,) of a kernel."""
         pose = np.asarray(motion.pose, float)
         place = pose[:3, :3] @ self.centre + pose[:3, 3]
         return as_kernel_array(
             np.concatenate([place, _quaternion(pose[:3, :3] @ self.axes), motion.velocity, motion.momentum])
         )
 
-    def _motion(self, x: Array, rest: Array, tension: Array) -> Motion:
+    def motion(self, x: Array, rest: Array, tension: Array) -> Motion:
+        """The motion of a kernel's state (13,)."""
         turn = _rotation(x[3:7]) @ self.axes.T
         return Motion(se3.compose(turn, x[:3] - turn @ self.centre), x[7:10].copy(), x[10:].copy(), rest, tension)
 
