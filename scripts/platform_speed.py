@@ -19,7 +19,7 @@ from robocal.cables.tension import hold
 from robocal.drives.cogging import Cogging
 from robocal.files.cable.mjcf import mjcf
 from robocal.simulation.platform.plant import Motion, plant_of
-from robocal.simulation.platform.winches import Driven, WinchPlant, Winches
+from robocal.simulation.platform.winch_plant import Driven, Winches, WinchPlant
 
 SECONDS, ROUNDS = 20.0, 5
 

@@ -9,7 +9,7 @@ from simulation.test_platform import rest_of, robot
 from robocal.drives.cogging import Cogging
 from robocal.errors import ModelError
 from robocal.simulation.platform.plant import plant_of
-from robocal.simulation.platform.winches import Driven, Winches, WinchPlant
+from robocal.simulation.platform.winch_plant import Driven, Winches, WinchPlant
 
 RADIUS, GEAR = 0.04, 4.0
 DRUMS = {"radius": RADIUS, "inertia": 3e-4, "gear": GEAR}
