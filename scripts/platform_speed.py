@@ -18,7 +18,7 @@ from robocal.cables.geometry import CableRobot, cable_robot
 from robocal.cables.tension import hold
 from robocal.drives.cogging import Cogging
 from robocal.files.cable.mjcf import mjcf
-from robocal.simulation.platform.plant import Motion, plant_of
+from robocal.simulation.platform.platform_plant import Motion, plant_of
 from robocal.simulation.platform.winch_plant import Driven, Winches, WinchPlant
 
 SECONDS, ROUNDS = 20.0, 5

@@ -12,7 +12,7 @@ from robocal.errors import ModelError
 from robocal.files.cable.mjcf import mjcf
 from robocal.geometry import se3, so3
 from robocal.geometry.gravity import GRAVITY
-from robocal.simulation.platform.plant import Motion, PlatformPlant, plant_of
+from robocal.simulation.platform.platform_plant import Motion, PlatformPlant, plant_of
 
 A = 1e-3 * np.array([
     [-1716.1, -2101.8, 844.4], [-1616.5, 2085.4, 892.5], [1483.5, 1977.1, 892.7], [1522.4, -2237.0, 789.0],

@@ -8,7 +8,7 @@ from simulation.test_platform import rest_of, robot
 
 from robocal.drives.cogging import Cogging
 from robocal.errors import ModelError
-from robocal.simulation.platform.plant import plant_of
+from robocal.simulation.platform.platform_plant import plant_of
 from robocal.simulation.platform.winch_plant import Driven, Winches, WinchPlant
 
 RADIUS, GEAR = 0.04, 4.0

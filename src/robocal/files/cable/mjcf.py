@@ -23,7 +23,7 @@ from robocal.cables.tension import hold
 from robocal.errors import ModelError
 from robocal.geometry import so3
 from robocal.geometry.gravity import GRAVITY
-from robocal.simulation.platform.plant import box_inertia
+from robocal.simulation.platform.platform_plant import box_inertia
 
 __all__ = ["mjcf"]
 

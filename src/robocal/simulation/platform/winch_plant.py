@@ -20,7 +20,7 @@ from robocal._types import Array
 from robocal.drives.cogging import Cogging
 from robocal.errors import ModelError, require
 from robocal.simulation.platform._kernels import winched
-from robocal.simulation.platform.plant import Motion, PlatformPlant
+from robocal.simulation.platform.platform_plant import Motion, PlatformPlant
 
 __all__ = ["Driven", "WinchPlant", "Winches"]
 
