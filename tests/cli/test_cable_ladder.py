@@ -123,7 +123,7 @@ def rows_of(path):
     [
         (("plan",), "cable poses"),
         (("compensate", "pose.csv"), "cable inverse"),
-        (("export", "--format", "csv"), "--format yaml"),
+        (("export", "--format", "dh"), "--format yaml"),
     ],
 )
 def test_what_a_cable_robot_lacks_is_said_in_one_sentence(run, verb, instead):

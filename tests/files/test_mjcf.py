@@ -16,9 +16,10 @@ from robocal.cables.geometry import CableRobot, cable_robot
 from robocal.cables.pulley import Pulleys
 from robocal.cables.tension import hold
 from robocal.errors import InputError, ModelError
-from robocal.files.cable.mjcf import box_inertia, mjcf
+from robocal.files.cable.mjcf import mjcf
 from robocal.files.cable.write import describe_cable
 from robocal.geometry import se3, so3
+from robocal.simulation.platform.platform_plant import box_inertia
 
 WITHIN = 1e-6  # N, and N m: what the issue of an equilibrium may be off by
 A = np.array([[sx * 2.1, sy * 1.7, z] for z in (0.1, 2.9) for sx in (-1, 1) for sy in (-1, 1)])

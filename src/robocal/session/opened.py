@@ -184,7 +184,8 @@ class Opened(Generic[M]):
         Raises ModelError for a form that it has not."""
         if form == "yaml":
             return self.yaml, ()
-        raise ModelError("this form is for arms", key="--format", found=form, expected="yaml")
+        message = f"this is a {self.noun}, and an arm is needed"
+        raise ModelError(message, key="--format", found=form, expected="--format yaml")
 
     def render(self, found: Identification[M]) -> Rendered:
         """The text of the machine's file with what was identified."""

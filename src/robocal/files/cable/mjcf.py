@@ -15,7 +15,6 @@ from collections.abc import Iterator, Sequence
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from robocal._types import Array
 from robocal.cables.cable_lengths import inverse
@@ -24,8 +23,9 @@ from robocal.cables.tension import hold
 from robocal.errors import ModelError
 from robocal.geometry import so3
 from robocal.geometry.gravity import GRAVITY
+from robocal.simulation.platform.platform_plant import box_inertia
 
-__all__ = ["box_inertia", "mjcf"]
+__all__ = ["mjcf"]
 
 DAMPING = 0.05  # of the critical damping of the platform on one cable
 STEPS = 20  # of the fastest vibration
@@ -140,14 +140,6 @@ def _home(robot: CableRobot, pose: Array) -> Iterator[str]:
     yield "  <keyframe>"
     yield f'    <key name="home" qpos="{_text(where)}" ctrl="{_text(1 / rest)}"/>'
     yield "  </keyframe>"
-
-
-def box_inertia(points: ArrayLike, mass: float) -> Array:
-    """Inertia (3, 3) in kg m2, about its middle, of a box of this mass around points (m, 3) in m; a flat one is as thick as 1 mm."""
-    size = np.maximum(
-        np.ptp(np.asarray(points, float), axis=0), 1e-3
-    )  # tolerance: m, MuJoCo refuses a body without thickness
-    return np.diag(mass / 12 * ((size**2).sum() - size**2))
 
 
 def _text(numbers: float | Sequence[float] | Array) -> str:

@@ -272,7 +272,8 @@ class OpenedCable(Opened[CableRobot]):
             return mjcf(robot), (Remark.of(Code.INERTIA_ASSUMED),) if robot.inertia is None else ()
         if form == "yaml":
             return super().export(form)
-        raise ModelError("this form is for arms", key="--format", found=form, expected="yaml, mjcf, csv or markdown")
+        message, expected = f"this is a {self.noun}, and an arm is needed", "--format yaml, mjcf, csv or markdown"
+        raise ModelError(message, key="--format", found=form, expected=expected)
 
     def render(self, found: Identification[CableRobot]) -> Rendered:
         """Its file with what was identified, the platform's weight too."""

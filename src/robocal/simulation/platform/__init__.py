@@ -1,0 +1,1 @@
+"""A platform on elastic cables that moves as masses do."""
