@@ -25,7 +25,7 @@ def agreed_views(
     model: Model, data: DataSet, configurations: Ints, problem: Problem, x: Array
 ) -> tuple[Array, Bools] | None:
     """x (1, P) with the frames as most views of some configurations have them, and the rows (k,) of the only observations that are near;
-    None where all are near as frames stand, where these are not alone, or where no camera measures the poses of one target."""
+    None where all are near as frames stand, where none agree, where frames are not alone, or where no camera measures one target."""
     if len(data.observations) != 1 or not frames_alone(model, problem.table.free, data):
         return None
     (obs,) = data.observations
@@ -53,4 +53,5 @@ def agreed_views(
     out[0, own] = scale
     for i, place in zip(at, (hand, se3.inverse(away)) if in_hand else (away, hand), strict=True):
         out[0, i] = se3.to_vector(place)
-    return out, views_near(found, measured, machine)
+    near = views_near(found, measured, machine)
+    return (out, near) if near.any() else None
