@@ -26,7 +26,7 @@ from robocal.diagnose.drive_limits import CELLS_LOSE
 from robocal.errors import FormatError, look_up
 from robocal.files.motor_file import MotorFile
 
-__all__ = ["FORMS", "CompensationTable", "compensation_table", "read_table", "table_text"]
+__all__ = ["FORMS", "ODRIVE_CELLS", "CompensationTable", "compensation_table", "read_table", "table_text"]
 
 ODRIVE_CELLS = 3600
 FINER = 8  # grid: places within a cell, at which its line is compared
@@ -41,7 +41,8 @@ RULES = (
 
 @record(eq=False)
 class CompensationTable:
-    """Values (2, N) for forward and reverse, or (1, N) for both, in a unit, and whether friction is in them."""
+    """Values (2, N) for forward and reverse, or (1, N) for both, in a unit, and whether friction is in them; the verdict of its run, where
+    that was not improved."""
 
     values: Array
     unit: str
@@ -49,6 +50,7 @@ class CompensationTable:
     motor: str
     constant: float | None = None
     scale: float = 1.0  # of the form c
+    doubt: str | None = None
 
 
 def compensation_table(
@@ -77,7 +79,8 @@ def compensation_table(
         if friction:
             values = values + factor * motor.coulomb * np.array([[1.0], [-1.0]])
     scale = _scale(values) if form == "c" else 1.0
-    return CompensationTable(_round(values, form, scale), wanted, friction, motor.name, k_c, scale)
+    doubt = None if motor.verdict in (None, "improved") else motor.verdict.replace("_", " ")
+    return CompensationTable(_round(values, form, scale), wanted, friction, motor.name, k_c, scale, doubt)
 
 
 def _check_cells(motor: MotorFile, cells: int) -> None:
@@ -108,6 +111,8 @@ def _round(values: Array, form: str, scale: float) -> Array:
 def _rules(table: CompensationTable) -> list[str]:
     said = "friction is in the values: + forward, - reverse" if table.friction else "friction is not in the values"
     own = [f"unit: {table.unit}", said]
+    if table.doubt is not None:
+        own.append(f"WARNING: the verdict of the run is {table.doubt}; this table is not known to help")
     if table.constant is not None:
         own.append(f"torque constant: {table.constant!r} Nm/A; current is torque divided by it")
     return [*own, *(RULES if len(table.values) > 1 else RULES[:-1])]

@@ -12,6 +12,7 @@ friction: {offset: -0.0005, coulomb: 0.0537}
 orders: [{order: 72, cos: 0.18, sin: 0.03, sigma: 0.002}, ...]      # cos_change and sin_change: what each direction adds
 table: {forward: [...], reverse: [...]}                             # of the method seed: cells of equal width from 0, at their middles
 source: what it was made from
+verdict: improved                 # of the run: not_improved, refused; left out: nobody knows
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from pydantic import Field, FiniteFloat, PositiveFloat, PositiveInt
 from robocal._record import record
 from robocal._types import Array
 from robocal.drives.cogging import Cogging
+from robocal.errors import FileError
 from robocal.files.schema import FileModel, Version, validate
 from robocal.files.text import InputFile
 from robocal.files.units import number
@@ -33,6 +35,7 @@ from robocal.files.yamlio import load, quote
 __all__ = ["FILE", "MotorFile", "motor_text", "read_motor"]
 
 FILE = "motor.yaml"
+VerdictWord = Literal["improved", "not_improved", "refused"]
 UNITS = {"A": "A", "Nm": "N m"}
 FEWEST = 12  # grid: cells of a table
 
@@ -40,7 +43,7 @@ FEWEST = 12  # grid: cells of a table
 @record(eq=False)
 class MotorFile:
     """A motor as its file has it, in N m or A (`unit`): its harmonics, or a table (2, C) for forward and reverse with friction in it;
-    offset and Coulomb friction; the torque constant (N m/A)."""
+    offset and Coulomb friction; the torque constant (N m/A); the verdict of its run, where that is known."""
 
     name: str
     unit: str
@@ -52,6 +55,7 @@ class MotorFile:
     sigma: tuple[float, ...] = ()
     source: str = ""
     file: InputFile | None = None
+    verdict: str | None = None
 
     def curves(self, cells: int) -> Array:
         """Cogging (2, cells) at angles 0, 360/cells, ... deg, forward and reverse, without friction and offset."""
@@ -118,11 +122,16 @@ class MotorModel(FileModel):
     orders: list[OrderModel] = Field(default_factory=list)
     table: TableModel | None = None
     source: str = ""
+    verdict: VerdictWord | None = None
 
 
 def read_motor(path: Path) -> MotorFile:
     """The motor of a run folder or of motor.yaml. Raises FileError or FormatError."""
     place = path / FILE if path.is_dir() else path
+    if path.is_dir() and not place.exists():
+        own = sorted(p.parent.name for p in path.glob(f"*/{FILE}"))
+        expected = f"the folder of one motor: {', '.join(own)}" if own else "a folder of robocal drive identify"
+        raise FileError(f"the folder has no {FILE}", file=path, expected=expected)
     document = load(place)
     kind = document.data.get("kind")
     document.insist(
@@ -162,7 +171,7 @@ def read_motor(path: Path) -> MotorFile:
     sigma = tuple(o.sigma or float("nan") for o in m.orders)
     own = InputFile(place, document.sha256)
     return MotorFile(
-        m.name, UNITS[m.unit], cogging, m.friction.offset, m.friction.coulomb, table, constant, sigma, m.source, own
+        m.name, UNITS[m.unit], cogging, m.friction.offset, m.friction.coulomb, table, constant, sigma, m.source, own, m.verdict
     )  # fmt: skip
 
 
@@ -195,4 +204,6 @@ def motor_text(motor: MotorFile) -> str:
         for word, row in zip(("forward", "reverse"), motor.table, strict=True):
             lines.append(f"  {word}: [{', '.join(number(float(v)) for v in row)}]")
     lines.append(f"source: {quote(motor.source)}")
+    if motor.verdict is not None:
+        lines.append(f"verdict: {motor.verdict}")
     return "\n".join(lines) + "\n"

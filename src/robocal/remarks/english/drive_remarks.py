@@ -32,6 +32,11 @@ class DriveRemarks:
         "the log of {log} moves at {speed:.3g} deg/s: no sweep is led so {word}",
         "Correct the unit of the time; if it is right, sweep at about 3 deg/s.",
     )
+    DRIVE_EFFORT_SIZE = Phrase(
+        "the efforts of {log} reach {size:.3g} {unit}: no motor asks so {word} without a load",
+        "Correct the unit of the effort; if something hangs on the shaft, say so (--loaded).",
+    )
+    DRIVE_PART_COMPARED = Phrase("{missing} of the 12 arcs of a turn are not in {log}: nothing is compared there")
     DRIVE_AT_LIMIT = Phrase(
         "{share:.0%} of the rows of {log} stand at one effort, {value:.4g} {unit}: a limit of the drive cuts the curve off",
         "Raise the limit of the current, and sweep again.",
@@ -73,6 +78,10 @@ class DriveRemarks:
         "{slots} slots and {poles} poles name {share:.0%} of the variance of the orders",
         "Count the slots and poles again[: {others} would name the strongest orders].",
     )
+    DRIVE_ONE_UNLIKE = Phrase(
+        "no winding with {said} has these orders; one of {slots} slots and {poles} poles has",
+        "Count the slots and poles again.",
+    )
     DRIVE_WINDING = Phrase("a motor with {slots} slots and {poles} poles has these orders")
     DRIVE_SENSOR_ORDERS = Phrase(
         "the orders {orders} come once and twice per pole pair: what current sensors make, beside what slots make"
@@ -103,6 +112,10 @@ class DriveRemarks:
         "tables of a window of {window:.3g} deg explain {table:.1%} of their own rows, harmonics {harmonics:.1%}: the window flattens "
         "quick orders",
         "Take a narrower --window, or --method harmonics.",
+    )
+    DRIVE_RUN_UNPROVEN = Phrase(
+        "the verdict of the run of {motor} is {verdict}: its table is not known to help",
+        "Sweep again as that run advises, and take the new one.",
     )
     DRIVE_HELD_BACK = Phrase(
         "the log of {log}, at {speed:.3g} {unit}, is held back: the table alone explains {alone:.0%} of its effort"

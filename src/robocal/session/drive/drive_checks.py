@@ -12,8 +12,12 @@ from robocal._types import Array, Bools
 from robocal.diagnose.drive_limits import (
     AT_LIMIT,
     ELECTRICAL_LEAVES,
+    LEAST_CURRENT,
     LEAST_PACE,
+    LEAST_TORQUE,
+    MOST_CURRENT,
     MOST_PACE,
+    MOST_TORQUE,
     NOISE_TIMES,
     QUICK_RIPPLE,
     READING_EXPLAINS,
@@ -32,16 +36,21 @@ from robocal.session.drive.drive_fit import HIGHEST, choose, highest_order, mome
 
 __all__ = [
     "check_coverage",
+    "check_effort",
     "check_electrical",
     "check_motor",
+    "check_pace",
     "check_reading",
     "check_share",
     "check_weight",
     "other_readings",
 ]
 
+LEAST_EFFORT = {"A": LEAST_CURRENT, "N m": LEAST_TORQUE}
+MOST_EFFORT = {"A": MOST_CURRENT, "N m": MOST_TORQUE}
 FEW = 6  # grid: orders, by which another reading is tried
 LEVELS = 20  # grid: a coarser effort has its largest value often by itself
+MOST_ROWS = 0.99  # grid: of the rows, by which the size of an effort is told
 CROWD = 5  # grid: times the rows at the next value; of a round top that is told in steps it is 2.4
 LEAST_TURN = 0.9  # grid: of a turn, which another reading of the angle has to cover
 MOST_PAIRS = 24  # grid: pole pairs; motors of robots have fewer
@@ -63,10 +72,8 @@ def check_coverage(
     if len(one) == len(parts):
         yield Remark.of(Code.DRIVE_ONE_DIRECTION, log=one[0].name), True
     for part in parts:
-        pace = part.median_speed
-        if not LEAST_PACE <= pace <= MOST_PACE:
-            word = "slowly" if pace < LEAST_PACE else "fast"
-            yield Remark.of(Code.DRIVE_PACE, log=part.name, speed=float(np.degrees(pace)), word=word), True
+        yield from check_pace(part)
+        yield from check_effort(part)
         cut = _cut_off(part)
         if cut is not None:
             yield cut, True
@@ -75,6 +82,23 @@ def check_coverage(
         slots, poles = made
         own = HIGHEST // 4 if slots is None or poles is None else lcm(slots, poles)
         yield Remark.of(Code.DRIVE_ORDERS_UNSEEN, places=places, highest=highest), highest < own
+
+
+def check_pace(sweep: Sweep) -> Iterator[tuple[Remark, bool]]:
+    """A pace that no sweep has, as another unit of time makes it."""
+    pace = sweep.median_speed
+    if not LEAST_PACE <= pace <= MOST_PACE:
+        word = "slowly" if pace < LEAST_PACE else "fast"
+        yield Remark.of(Code.DRIVE_PACE, log=sweep.name, speed=float(np.degrees(pace)), word=word), True
+
+
+def check_effort(sweep: Sweep) -> Iterator[tuple[Remark, bool]]:
+    """An effort that no motor asks without a load, as mA under A or Nmm under Nm make it."""
+    size = float(np.quantile(np.abs(sweep.effort), MOST_ROWS)) if len(sweep) else 0.0
+    least, most = LEAST_EFFORT[sweep.unit], MOST_EFFORT[sweep.unit]
+    if size and not sweep.loaded and not least <= size <= most:
+        word = "little" if size < least else "much"
+        yield Remark.of(Code.DRIVE_EFFORT_SIZE, log=sweep.name, size=size, unit=sweep.unit, word=word), True
 
 
 def _cut_off(sweep: Sweep) -> Remark | None:
@@ -172,11 +196,17 @@ def check_electrical(
 
 def check_motor(orders: Sequence[int], amplitudes: Array, slots: int | None, poles: int | None) -> Iterator[Remark]:
     """Whether slots and poles fit the orders; without them, which would."""
-    guess = guess_motor(tuple(orders), amplitudes)
+    known = slots is not None and poles is not None
+    guess = guess_motor(tuple(orders), amplitudes, (None, None) if known else (slots, poles))
     if slots is None or poles is None:
         if guess is not None:
             yield Remark.of(Code.DRIVE_WINDING, slots=guess[0], poles=guess[1])
             yield _design(*guess)
+        elif slots is not None or poles is not None:
+            said = f"{slots} slots" if slots is not None else f"{poles} poles"
+            free = guess_motor(tuple(orders), amplitudes)
+            if free is not None:
+                yield Remark.of(Code.DRIVE_ONE_UNLIKE, said=said, slots=free[0], poles=free[1])
         return
     yield _design(slots, poles)
     if not len(orders):
@@ -213,6 +243,8 @@ def _gear(orders: Sequence[int], amplitudes: Array, slots: int, poles: int) -> i
         # Orders of a gear's output are multiples of its ratio; those of the motor itself are not.
         strong = power[each % times == 0].sum() / power.sum()
         lower = [n for n in (slots, poles, whole, poles // 2) if n % times]
-        if strong > READING_EXPLAINS and not any(n in orders for n in lower) and whole not in orders:
+        # An order of the output may fall on the common multiple itself: then an own order that lacks has to say so.
+        said = whole not in orders or (own == whole and lower)
+        if strong > READING_EXPLAINS and not any(n in orders for n in lower) and said:
             return times
     return 1

@@ -41,9 +41,10 @@ def escape_width(sweep: Sweep, escaped: Bools) -> float:
 
 def judge_logs(
     logs: Sequence[DriveLog], sweeps: Sequence[Sweep], used: Sequence[Bools], escaped: Sequence[Bools], taken: MotorFit,
-    other_logs: Mapping[int, Explained], made: tuple[int | None, int | None], noise_share: float,
+    other_logs: Mapping[int, Explained], contradictions: Sequence[Remark], made: tuple[int | None, int | None], noise_share: float,
 ) -> tuple[Verdict, tuple[Remark, ...]]:  # fmt: skip
-    """The verdict with what the logs cannot tell, and what is worth knowing beside it; `noise_share` is the noise's of the variance."""
+    """The verdict with what the logs cannot tell, and what is worth knowing beside it; `contradictions` are
+    between the fitted logs, `noise_share` is the noise's of the variance."""
     known_free = any(log.load == "detached" for log in logs)
     verdict = verdict_of(taken.decision, over_range=False)
     warnings = [r for log in logs for r in log.remarks]
@@ -52,11 +53,16 @@ def judge_logs(
             verdict = _doubt(verdict, remark)
         else:
             warnings.append(remark)
+    for remark in contradictions:
+        verdict = _doubt(verdict, remark)
     share = taken.share if np.isfinite(taken.share) else 0.0
     why = check_share(logs[0], sweeps[0], share)
     if why is not None:
         other = check_reading(sweeps[0], share)
         verdict = verdict.instead("refused", other or why)
+    elif any(r.code == Code.DRIVE_UNDER_TURN for r in verdict.reasons) and (other := check_reading(sweeps[0], share)):
+        # What stays within a part of a turn is explained easily: another unit may be a turn of it.
+        verdict = verdict.instead("refused", other)
     else:
         c = taken.motor.cogging
         warnings += check_motor(c.orders, c.amplitudes, *made)
