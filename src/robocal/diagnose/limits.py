@@ -224,6 +224,8 @@ MEAN_RIVAL = limit(0.9, "of the error of the mean", "A model that is hardly bett
 UNEXPLAINED_MOST = limit(0.5, "of the variance", "A model that leaves more does not describe this robot, whatever it gains.")
 TORQUE_ROWS = limit(0.9, "of the rows", "A tenth of gross rows says nothing of the other torques of a joint.",
     "tests/session/test_joint_torques.py")
+DENSEST_ARM = limit(2000.0, "kg for each cubic metre of reach",
+    "Arms weigh 13 (UR10) to 210 (RV-2AJ); torques in N mm that are read as N m make a thousand times as much.", "tests/session/test_joint_torques.py")
 UNEXPLAINED_SHARE = limit(0.01, "of the variance", "No arm's making leaves a tenth of what the positions scatter by.")
 UNEXPLAINED_SIGMA = limit(3.0, "stated sigma", "Less may be the stated noise.")
 ANGLES_LEFT = limit(0.05, "rad per axis", "Measured angles that are left over are not explained.")

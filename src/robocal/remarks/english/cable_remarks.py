@@ -305,7 +305,11 @@ class CableRemarks:
         "{pose}: the tension of {cable}, {tension:.3g}, does not carry its weight[; so at {more} more poses]",
         "Choose a greater tension there.",
     )
+    SPAN_UNLIKE = Phrase(
+        "the level cable spans {span:.4g}, the longest cable of the robot {longest:.4g}",
+        "State --span in {unit}, the unit of the robot's file.",
+    )
     TENSIONS_BEYOND = Phrase(
-        "the tensions of the list are {low:.4g~} to {high:.4g}, the robot's file allows {least:.4g~} to {most:.4g}",
+        "the tensions are {low:.4g~} to {high:.4g}, the robot's file allows {least:.4g~} to {most:.4g}",
         "Check the unit of the tensions, and the tension limits in the robot's file.",
     )

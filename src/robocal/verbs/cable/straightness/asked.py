@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from robocal._types import Array
+from robocal.cables.geometry import straight
 from robocal.cables.rope import Rope, rope
 from robocal.cables.statics import gravity_wrench, structure_of
-from robocal.cables.straightness import excess_of
+from robocal.cables.straightness import excess_of, level_sag
 from robocal.cables.tension import distribute
-from robocal.diagnose.limits import TENSION_MASS
+from robocal.diagnose.limits import LOADS_UNLIKE, TENSION_MASS
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.pose_lists import CableList, read_platform_poses
@@ -64,7 +65,8 @@ def compute_straightness(o: Any, watch: Watch | None = None, command: str = "") 
         *(() if loads is None else (*loads.reading.warnings, *loads.notes)),
     ]
     tension, lost = _pulls(o, si, file, rows, poses, names)
-    reasons = (*lost, *_slack(file, names, poses, tension, weight), *(() if loads is None else loads.refused))
+    _insist_sense(o, file, tension, ropes, at, si.span, weight)
+    reasons = (*lost, *_span(file, poses, si.span), *_slack(file, names, poses, tension, weight), *(() if loads is None else loads.refused))
     inputs = [*statics.robot_inputs(file, o.robot)]
     if rows is not None:
         inputs.append(InputFile(Path(o.poses), rows.sha256))
@@ -93,10 +95,13 @@ def _weight(file: CableFile, loads: Loads | None) -> Array:
     m = len(file.robot.cables)
     if loads is not None and loads.weight is not None:
         return np.full(m, max(loads.weight.parameters[0].identified, 0.0))
-    if file.robot.density is None:
-        message, expected = "the weight of the cables is not known", "every_cable: {density: ...}, or --loads with sags"
-        raise FormatError(message, file=file.path, key="every_cable.density", expected=expected)
-    return np.asarray(file.robot.density, float)
+    density = file.robot.density
+    if density is None or not np.all(np.asarray(density) > 0):
+        message = "the weight of the cables is not known" if density is None else "every cable weighs something"
+        expected = "every_cable: {density: ...}, above 0, or --loads with sags"
+        found = None if density is None else float(np.min(density))
+        raise FormatError(message, file=file.path, key="every_cable.density", found=found, expected=expected)
+    return np.asarray(density, float)
 
 
 def _ropes(file: CableFile, law: LoadFit | None, m: int) -> tuple[Rope, ...]:
@@ -118,6 +123,37 @@ def _poses(o: Any, file: CableFile) -> tuple[CableList | None, Array, tuple[str,
         return None, file.robot.home[None], ("middle of the frame",)
     rows = read_platform_poses(o.poses, file.robot)
     return rows, rows.values, rows.names
+
+
+def _insist_sense(
+    o: Any, file: CableFile, tension: Array, ropes: tuple[Rope, ...], at: Array | None, span: float | None, weight: Array
+) -> None:
+    """Raises ModelError for cables that double their length, or hang by more than their span."""
+    pull = np.max(np.nan_to_num(tension), axis=0)
+    strain = np.array([float(r.strain(t)) for r, t in zip(ropes, pull, strict=True)])
+    if strain.max() >= 1:
+        worst = int(strain.argmax())
+        key = "every_cable.elasticity" if o.tension is None else "--tension"
+        found = f"{strain[worst]:.3g} times its length, {file.robot.cables[worst]} at {pull[worst]:.4g} N"
+        expected = "tensions and an elasticity in their own units"
+        raise ModelError("no cable doubles its length", key=key, found=found, expected=expected)
+    if at is None or not len(at):
+        return
+    least = float(at.min())
+    length = float(straight(file.robot, file.robot.home[None])[0].max()) if span is None else span
+    hang = float(level_sag(length, least, float(weight.max())))
+    if hang > length:
+        expected = f"tensions that hold a level cable of {float(file.units.length.from_si(length)):.4g} {file.units.length.name}"
+        raise ModelError("no cable hangs by more than its span", key="--at", found=f"{least:.4g} N", expected=expected)
+
+
+def _span(file: CableFile, poses: Array, span: float | None) -> tuple[Remark, ...]:
+    """Why a span is in another unit than the robot's file; none where it may be of a cable like these."""
+    longest = float(np.nanmax(straight(file.robot, poses)[0]))
+    if span is None or 1 / LOADS_UNLIKE < span / longest < LOADS_UNLIKE:
+        return ()
+    numbers = {"span": Quantity(span), "longest": Quantity(longest)}
+    return (Remark.of(Code.SPAN_UNLIKE, unit=file.units.length.name, **numbers),)
 
 
 def _slack(file: CableFile, names: tuple[str, ...], poses: Array, tension: Array, weight: Array) -> tuple[Remark, ...]:
@@ -157,7 +193,10 @@ def _pulls(
             raise ModelError("tensions are given twice", key="--tension", found="columns of the list as well")
         if not si.tension > 0:
             raise ModelError("a slack cable is not straight", key="--tension", found=o.tension, expected="above 0")
-        return np.full(shape, float(si.tension)), ()
+        given = np.full(shape, float(si.tension))
+        most = np.inf if file.robot.limits is None else TENSION_MASS * float(file.robot.limits[:, 1].max())
+        # Less than the limits is a question; it may be asked what a robot would do with it.
+        return given, _contradictions(file, given) if si.tension > most else ()
     if given is not None:
         return given, _contradictions(file, given)
     robot = statics.robot_with_limits(file, si.limits)
