@@ -65,12 +65,12 @@ def check_coverage(
     An order above half the angles of a turn appears as a lower one, and every arc that was held out agrees.
     """
     parts = [s.take(rows) for s, rows in zip(sweeps, used, strict=True)]
-    missing = min(max(p.missing[d] for d in (1, -1) if (p.direction == d).any()) for p in parts)
+    ways = {d: [p.missing[d] for p in parts if (p.direction == d).any()] for d in (1, -1)}
+    missing = max(min(m) for m in ways.values() if m)
     if missing:
         yield Remark.of(Code.DRIVE_UNDER_TURN, missing=missing), True
-    one = [p for p in parts if len(np.unique(p.direction)) < 2]
-    if len(one) == len(parts):
-        yield Remark.of(Code.DRIVE_ONE_DIRECTION, log=one[0].name), True
+    if not all(ways.values()):
+        yield Remark.of(Code.DRIVE_ONE_DIRECTION, log=parts[0].name), True
     for part in parts:
         yield from check_pace(part)
         yield from check_effort(part)

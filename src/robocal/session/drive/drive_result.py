@@ -30,6 +30,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, sentences
 from robocal.report.sections import Section
 from robocal.session.drive.drive_checks import check_reading
+from robocal.session.drive.drive_data import friction_of
 from robocal.session.drive.drive_fit import (
     MotorFit,
     choose,
@@ -274,6 +275,8 @@ def identify_logs(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, comma
         if a.any()
     ]
     warnings = (*warnings, *alone)
+    if table is not None and len(np.unique(sweeps[0].direction[used[0]])) < 2 and verdict.status == "improved":
+        verdict = verdict.instead("not_improved", Remark.of(Code.DRIVE_ONE_DIRECTION, log=sweeps[0].name))
     if table is not None and table.lost.any() and verdict.status == "improved":
         lost = float(table.lost.any(axis=0).mean()) * 360
         verdict = verdict.instead("not_improved", Remark.of(Code.DRIVE_TABLE_LOST, lost=lost))
@@ -282,7 +285,7 @@ def identify_logs(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, comma
         if own < harmonics - WINDOW_LOSES:
             remark = Remark.of(Code.DRIVE_WINDOW_FLATTENS, window=float(o.window), table=own, harmonics=harmonics)
             warnings = (*warnings, remark)
-    motor_file = _motor_file(name, taken, logs, table, told.torque_constant, verdict)
+    motor_file = _motor_file(name, taken, logs, sweeps, table, told.torque_constant, verdict)
     left = _left(taken, moments.highest)
     return IdentifiedDrive(
         warnings=warnings, inputs=tuple(dict.fromkeys(f for log in logs for f in log.files)), command=command, logs=logs, fitted=fitted,
@@ -305,12 +308,13 @@ def _left(taken: MotorFit, highest: int) -> Array:
 
 
 def _motor_file(
-    name: str, taken: MotorFit, logs: Sequence[DriveLog], table: SeedTable | None, constant: float | None, verdict: Verdict
-) -> MotorFile:
+    name: str, taken: MotorFit, logs: Sequence[DriveLog], sweeps: Sequence[Sweep], table: SeedTable | None, constant: float | None,
+    verdict: Verdict,
+) -> MotorFile:  # fmt: skip
     values = taken.decision.values
     sigma = tuple(max(taken.sigma(p) for p in _parts(n)) for n in taken.motor.orders)
     source = "robocal drive identify " + ", ".join(log.path.name for log in logs)
-    coulomb = values.get("log1.coulomb", 0.0)
+    coulomb = friction_of(values, sweeps)
     return MotorFile(
         name, logs[0].sweep.unit, taken.motor.cogging, values.get("log1.offset", 0.0), table.coulomb if table is not None else coulomb,
         None if table is None else table.values, constant, sigma, source, verdict=verdict.status,
