@@ -75,6 +75,7 @@ def one(seed: int, phases: str, motor: Path | None = None, gain: float = 5.0, tu
         angle, torque = (np.concatenate([getattr(log, n) for log in logs]) for n in ("encoder", "torque"))
         torque = torque + noise * np.random.default_rng(seed).standard_normal(len(torque))
         sweep, shift = sweep_of("sweep", "N m", logs[0].period * np.arange(len(angle)), angle, torque), 0.0
+        quiet = np.concatenate([log.torque for log in logs])
     used = sweep.used & ~escaped_rows(sweep)
     highest, _ = highest_order([sweep], [used])
     moments = moments_of_sweeps([sweep], [used], highest)
@@ -98,7 +99,10 @@ def one(seed: int, phases: str, motor: Path | None = None, gain: float = 5.0, tu
             parts += 1
             held += abs(found - true) <= SIDES * taken.sigma(name)
     angle, direction = sweep.angle[used], sweep.direction[used]
-    real = truth.at(angle + shift, direction)
+    # What every sweep repeats: the curve, and under the loop what friction does beside its Coulomb part.
+    real = truth.at(angle + shift, direction) if motor is None else quiet[used]
+    for d in (1, -1) if motor is not None else ():
+        real[direction == d] -= real[direction == d].mean() - truth.at(angle[direction == d], d).mean()
     off = c.at(angle, direction) - real
     total = NOISE**2 + float(np.var(real))
     # On average over new sweeps: noise, and what this table is off by. Of this sweep: its own noise, whose square scatters by 1 %.
