@@ -199,17 +199,21 @@ def owner(obs: Observations) -> str:
 
 
 def own_gains(obs: Observations) -> list[str]:
-    """The parameter of the gain of each cable, where these lengths have drums of their own; two that are one are named twice."""
+    """The parameters of the gains, where these lengths have drums of their own: one of all cables, or one of each."""
     drums = obs.options.get("gain")
     if not drums:
         return []
-    return [f"{drums}.{c}.{GAIN}" if obs.options.get("each") else f"{drums}.{GAIN}" for c in cable_names(obs, NUMBERS)]
+    if not obs.options.get("each"):
+        return [f"{drums}.{GAIN}"]
+    return [f"{drums}.{c}.{GAIN}" for c in cable_names(obs, NUMBERS)]
 
 
 def gain_names(obs: Observations, robot: CableRobot) -> list[str]:
-    """The same, where they have none the robot's; none where nobody states any."""
+    """The parameter of the gain of each cable, where these lengths have none the robot's; none where nobody states any."""
+    if own := own_gains(obs):
+        return own if obs.options.get("each") else own * len(robot.cables)
     rows = [robot.row(f"{c}.{GAIN}") for c in robot.cables]
-    return own_gains(obs) or (rows if all(n in robot.table for n in rows) else [])
+    return rows if all(n in robot.table for n in rows) else []
 
 
 def _gain(obs: Observations) -> float:
@@ -229,7 +233,7 @@ def parameters(obs: Observations) -> list[Parameter]:
     names = cable_names(obs, NUMBERS) if own else ()
     zeros = [Parameter(f"{own}.{c}", 0.0, "m", True, expected=ANYWHERE) for c in names]
     loose = "gain" in free if isinstance(free, tuple) else "values" not in obs.options
-    drums = dict.fromkeys(own_gains(obs))
+    drums = own_gains(obs)
     return [*zeros, *(Parameter(n, _gain(obs), "1", loose, expected=DRUM) for n in drums)]
 
 
