@@ -13,9 +13,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from robocal._types import Array
-from robocal.diagnose.exchanged_views import VIEWS_EXCHANGED, places_of_views
+from robocal.diagnose.exchanged_views import VIEWS_EXCHANGED, places_of_views, readings_of_views
 from robocal.diagnose.limits import GROSS_SHARE
-from robocal.diagnose.view_readings import VIEW_OF_ANOTHER
+from robocal.diagnose.view_readings import READINGS_OF_ANOTHER, VIEW_OF_ANOTHER
 from robocal.diagnose.vision_limits import HAND_EYE_ASK
 from robocal.fit.starts.consensus import agree, views_near
 from robocal.geometry import se3, so3
@@ -58,6 +58,9 @@ def find_exchanged(opened: HandEyeData) -> Iterator[Remark]:
         amounts = {"stated": Quantity(float(place[i, i])), "left": Quantity(float(place[i, j]))}
         code, more = (VIEWS_EXCHANGED, {"every": None}) if mutual else (VIEW_OF_ANOTHER, {})
         yield Remark.of(code, view=names[i], partner=names[j], **said, **more, **amounts)
+    for i, j in readings_of_views(error):
+        amounts = {"stated": Quantity(float(place[i, i])), "left": Quantity(float(place[j, i]))}
+        yield Remark.of(READINGS_OF_ANOTHER, view=names[i], partner=names[j], **said, **amounts)
 
 
 def _missed(there: Array, seen: Array) -> tuple[Array, Array]:

@@ -67,6 +67,7 @@ def find_step(seen: Array, machine: Array) -> tuple[int, int] | None:
             fits = error <= FAR * usual
             count = np.cumsum(np.append(0, fits[0]))[steps] + np.append(np.cumsum(fits[1, ::-1])[::-1], 0)[steps]
             k = int(np.argmax(count))
-            if usual < least and count[k] >= NEARLY * (n - 1):
+            without = int(fits.sum(axis=1).max())  # all as they are, or all one further
+            if usual < least and count[k] > without and count[k] >= NEARLY * (n - 1):
                 least, best = usual, (int(steps[k]), by)
     return best
