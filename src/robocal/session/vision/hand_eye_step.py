@@ -19,7 +19,7 @@ from robocal.remarks.remark import Quantity, Remark
 
 __all__ = ["find_step", "tell_step"]
 
-FEWEST = 2  # views on either side: one alone is told by itself
+FEWEST = 2  # tolerance: views on either side: one alone is told by itself
 NEARLY = 0.9  # tolerance: of the views, that fit so
 
 

@@ -13,16 +13,19 @@ from itertools import combinations
 import numpy as np
 
 from robocal._types import Array, Bools, Ints
+from robocal.diagnose.camera_changes import half_turn
 from robocal.diagnose.vision_limits import HAND_EYE_ASK
 from robocal.fit.starts.consensus import FAR, SHARE, Found, agree, missed
 from robocal.geometry import se3, so3
+from robocal.measure.data import Observations
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 from robocal.session.vision.hand_eye_data import HandEyeData
 
 __all__ = ["tell_renamed", "tell_twins"]
 
-FEWEST = 3  # views of a second marker: fewer agree by chance
+FEWEST = 3  # tolerance: views of a second marker: fewer agree by chance
+ALIKE = 0.5  # tolerance: of the size of a board, and rad: another marker is farther
 MOST_OF = 0.6  # tolerance: of the views that are far off, that agree on the second place
 
 
@@ -69,12 +72,24 @@ def tell_twins(opened: HandEyeData) -> Iterator[Remark]:
         if found is None:
             continue
         other, between = found
+        if _from_other_end(opened.observations, between):
+            continue
         names = tuple(opened.views[i] for i in where[other].tolist())
         apart, turned = float(np.linalg.norm(between[:3, 3])), float(np.linalg.norm(so3.log(between[:3, :3])))
         amounts = {"apart": Quantity(apart), "turned": Quantity(turned, "rad")}
         yield Remark.of(
             Code.MARKER_TWICE, marker=frame.name, count=len(names), total=len(where), views=names, **amounts
         )
+
+
+def _from_other_end(obs: Observations, between: Array) -> bool:
+    """Whether the second place is that of the same board, labelled from its other end: `labels-turned` tells it."""
+    turn = half_turn(obs) if obs.kind == "pixels" else None
+    if turn is None:
+        return False
+    size = float(np.ptp(obs.extra["point"], axis=0).max())
+    shift, angle = between[:3, 3] - turn[:3, 3], so3.log(between[:3, :3].T @ turn[:3, :3])
+    return bool(np.hypot(np.linalg.norm(shift) / size, np.linalg.norm(angle)) < ALIKE)
 
 
 def _second_place(seen: Array, machine: Array) -> tuple[Bools, Array] | None:
