@@ -164,6 +164,9 @@ OTHER |= dict.fromkeys(
     "target-size-contradicted".split(),
     "cli/test_hand_eye_advice.py",
 )
+OTHER |= dict.fromkeys(
+    "views-out-of-step readings-of-another marker-twice markers-exchanged sights-aside".split(), "cli/test_hand_eye_names.py"
+)
 OTHER |= {"rig-contradicted": "session/test_hand_eye_rig.py"}
 OTHER |= dict.fromkeys(
     "image-turned video-ends-early image-sizes-differ no-target-found no-marker-in-view one-marker-in-view other-dictionary dictionary-found "
