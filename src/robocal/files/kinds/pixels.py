@@ -40,6 +40,7 @@ PIXEL = QuantityColumns("pixels", ("u", "v"), ("su", "sv"), "px")
 POINT = QuantityColumns("points", ("point_x", "point_y", "point_z"), ())
 PINHOLE = SYMBOLS[:4]
 EVERY = tuple(dict.fromkeys(s for m in MODELS.values() for s in m.symbols))
+RIM = 1.0  # px: half a pixel to the rim, and as much where corners count from 1
 ROUNDED = 1  # px: what a size loses when images are scaled
 # A square of edge 2 about the origin, in the order in which ArUco and AprilTag detectors list corners.
 SQUARE = np.array([[-1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [-1.0, -1.0, 0.0]])
@@ -112,6 +113,8 @@ def read_pixels(model: PixelsModel, table: CsvTable, document: YamlDocument) -> 
     sigma = given.sigma.columns if isinstance(given.sigma, SigmaModel) else None
     extra = corner_covariances(table, sigma, values.sigma)
     values = replace(values, options=options, files=files, extra=extra)
+    if size is not None:
+        _refuse_exchanged_sides(values.value, size, document)
     if not files and size is not None:
         _insist_inside(lens, size, document)
     if (model.points is None) == (model.corners is None):
@@ -152,6 +155,18 @@ def read_camera(
     ):
         _refuse_size(camera, size, found.lens, document)
     return lens, (found.file,)
+
+
+def _refuse_exchanged_sides(pixels: Array, size: tuple[int, int], document: YamlDocument) -> None:
+    """Raises FormatError where pixels (k, 2) lie outside the image, and inside it once width and height are exchanged."""
+
+    def inside(sides: tuple[int, ...]) -> bool:
+        return bool(((pixels >= -RIM) & (pixels <= np.array(sides) - 1 + RIM)).all())
+
+    if not inside(size) and inside(size[::-1]):
+        expected = f"[{size[1]}, {size[0]}]: width and height"
+        far = f"{size[0]} x {size[1]} px, and pixels up to {pixels[:, 0].max():.0f}, {pixels[:, 1].max():.0f}"
+        document.fail("width and height of the images are exchanged", ("image",), found=far, expected=expected)
 
 
 def _insist_inside(lens: Lens, size: tuple[int, int], document: YamlDocument) -> None:
