@@ -113,10 +113,9 @@ def read_pixels(model: PixelsModel, table: CsvTable, document: YamlDocument) -> 
     sigma = given.sigma.columns if isinstance(given.sigma, SigmaModel) else None
     extra = corner_covariances(table, sigma, values.sigma)
     values = replace(values, options=options, files=files, extra=extra)
-    if size is not None:
-        _refuse_exchanged_sides(values.value, size, document)
     if not files and size is not None:
         _insist_inside(lens, size, document)
+        _refuse_exchanged_sides(values.value, size, document)
     if (model.points is None) == (model.corners is None):
         expected = "points: {columns: [...], unit: mm}, or corners"
         document.fail("the measured points are not specified", ("points",), expected=expected)
