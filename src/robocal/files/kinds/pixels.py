@@ -115,7 +115,7 @@ def read_pixels(model: PixelsModel, table: CsvTable, document: YamlDocument) -> 
     values = replace(values, options=options, files=files, extra=extra)
     if not files and size is not None:
         _insist_inside(lens, size, document)
-        _refuse_exchanged_sides(values.value, size, document)
+        _refuse_exchanged_sides(values.value, lens, size, document)
     if (model.points is None) == (model.corners is None):
         expected = "points: {columns: [...], unit: mm}, or corners"
         document.fail("the measured points are not specified", ("points",), expected=expected)
@@ -156,16 +156,19 @@ def read_camera(
     return lens, (found.file,)
 
 
-def _refuse_exchanged_sides(pixels: Array, size: tuple[int, int], document: YamlDocument) -> None:
-    """Raises FormatError where pixels (k, 2) lie outside the image, and inside it once width and height are exchanged."""
+def _refuse_exchanged_sides(pixels: Array, lens: Lens, size: tuple[int, int], document: YamlDocument) -> None:
+    """Raises FormatError where pixels (k, 2) lie outside the image, and inside it once width and height are exchanged; where the centre of
+    the lens is nearer to the middle of the image as stated, u and v are, and a fit says so."""
 
-    def inside(sides: tuple[int, ...]) -> bool:
-        return bool(((pixels >= -RIM) & (pixels <= np.array(sides) - 1 + RIM)).all())
+    def inside(sides: Array) -> bool:
+        return bool(((pixels >= -RIM) & (pixels <= sides - 1 + RIM)).all())
 
-    if not inside(size) and inside(size[::-1]):
-        expected = f"[{size[1]}, {size[0]}]: width and height"
+    stated = np.array(size)
+    off, other = (float(np.abs(lens.intrinsics[2:4] - sides / 2).max()) for sides in (stated, stated[::-1]))
+    if not inside(stated) and inside(stated[::-1]) and other < off:
         far = f"{size[0]} x {size[1]} px, and pixels up to {pixels[:, 0].max():.0f}, {pixels[:, 1].max():.0f}"
-        document.fail("width and height of the images are exchanged", ("image",), found=far, expected=expected)
+        message = "width and height of the images are exchanged"
+        document.fail(message, ("image",), found=far, expected=f"[{size[1]}, {size[0]}]: width and height")
 
 
 def _insist_inside(lens: Lens, size: tuple[int, int], document: YamlDocument) -> None:
