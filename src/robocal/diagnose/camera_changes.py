@@ -31,7 +31,7 @@ __all__ = [
     "half_turn",
     "half_turn_of",
     "half_turns_open",
-    "is_held",
+    "knows_turn",
     "mirror",
     "shift_views",
     "turn_views",
@@ -68,7 +68,7 @@ def flip(obs: Observations) -> Observations:
     return replace(obs, value=value)
 
 
-def is_held(obs: Observations) -> bool:
+def knows_turn(obs: Observations) -> bool:
     """Whether something is known of how a camera is turned."""
     return obs.frame is not None and (obs.frame.prior is not None or not all(obs.frame.free[3:]))
 

@@ -21,7 +21,7 @@ from robocal.diagnose.camera_changes import (
     exchange_axes,
     flip,
     half_turn,
-    is_held,
+    knows_turn,
     mirror,
     shift_views,
     turn_views,
@@ -262,7 +262,7 @@ class _ViewSearch:
         yield _ViewChange(AXES_EXCHANGED, dict.fromkeys(group, exchange_axes))
         yield _ViewChange(IMAGE_MIRRORED, dict.fromkeys(group, mirror))
         # Where the camera may be turned at will, this and a mirror are one.
-        if any(is_held(self.data.observations[i]) for i in group):
+        if any(knows_turn(self.data.observations[i]) for i in group):
             yield _ViewChange(V_UPWARD, dict.fromkeys(group, flip))
         for shift in SHIFTS:
             where, way = ("below", "up") if shift < 0 else ("above", "down")
