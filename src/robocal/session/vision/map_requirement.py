@@ -129,7 +129,7 @@ def _join(known: MarkerMap, sights: MapViews, cameras: Array, survey: float | No
         away = known.vector[:, :3].mean(axis=0) - cameras[:, :3, 3]
         far = np.linalg.norm(away, axis=1)
         ahead = int((np.einsum("vi,vi->v", away, cameras[:, :3, 2]) > 0).sum())
-        found = f"{len(cameras)} poses {far.min():.3g} to {far.max():.3g} m from the markers, {ahead} of which look towards them"
+        found = f"{len(cameras)} poses, {far.min():.3g} to {far.max():.3g} m away; {ahead} look at them"
         raise ModelError("no pose shows a marker", key="POSES", found=found, expected=expected)
     some = np.unique(sights.marker)
     shown = np.zeros((len(cameras), len(some)), dtype=bool)
