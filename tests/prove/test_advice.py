@@ -140,6 +140,7 @@ OTHER = {
     "rows-off": "session/test_naming_causes.py",
     "axes-exchanged": "diagnose/test_camera_views.py",
     "image-mirrored": "diagnose/test_camera_views.py",
+    "v-upward": "prove/test_cable_camera_mistakes.py",
     "lens-factor": "diagnose/test_camera_views.py",
     "lens-factor-doubted": "diagnose/test_camera_views.py",
     "target-turned": "diagnose/test_camera_views.py",
