@@ -183,3 +183,28 @@ def test_the_other_day_confirms_it_and_nothing_touches(path):
     assert "mean error smaller by" in path.said["validate run"].out
     assert "can be gone to their end" in path.said["cable contact"].out
     assert len(path.said) == 9  # `new` twice with other words, `cable poses` twice with the same: ten commands
+
+
+def test_check_says_in_one_sentence_what_nobody_can_see(path):
+    full = path.said["check cell/robot.yaml"].out
+    with chdir(path.home):
+        said = robocal("check", "cell/robot.yaml", "first/lengths.yaml", "first/poses.yaml", verbose=False).out
+    assert "no measurement shows the base along x" in said and "these 6 are not observable" in said
+    assert "cannot be separated" not in said
+    assert full.count("cannot be separated") == 6
+
+
+def test_zeros_that_nobody_named_are_found_and_the_line_is_told(path):
+    """Free `l0` in place of `zeros: NAME`: the nominal robot has no zeros to be compared with, and the first reason says so."""
+    free = path.home / "cell" / "l0.yaml"
+    free.write_text((path.home / "cell" / "robot.yaml").read_text().replace("az, gain]", "az, gain, l0]"))
+    data = path.home / "first" / "lengths.yaml"
+    bare = data.with_name("bare.yaml")
+    bare.write_text("".join(line for line in data.read_text().splitlines(True) if not line.startswith("zeros")))
+    poses = path.home / "first" / "poses.yaml"
+    lost = robocal("identify", free, bare, poses, "--json")
+    assert lost.status == 3 and "cables are off by" in lost.document["verdict"]["reasons"][0]
+    found = {p["name"]: p["identified"] for p in lost.document["parameters"]}
+    assert np.abs([found[f"c{i}.l0"] / 1e3 - z for i, z in enumerate(path.cell.first, 1)]).max() < 0.05
+    bare.write_text(bare.read_text() + "zeros: monday\n")
+    assert robocal("identify", free, bare, poses, "--json").document["verdict"]["verdict"] == "improved"

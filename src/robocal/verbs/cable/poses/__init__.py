@@ -60,8 +60,8 @@ class Options(BaseOptions):
         otherwise="1 mm, converted",
     )  # fmt: skip
     pose_noise: str | None = option(
-        None, "For --choose: standard deviation per axis of a measured pose, in the robot file's units",
-        numbers="POSITION,ORIENTATION",
+        None, "For --choose: standard deviation per axis of a measured pose",
+        numbers="POSITION,ORIENTATION", unit="length,angle",
     )  # fmt: skip
     encoders_only: bool = option(False, "For --choose: no instrument measures poses")
     seed: w.Seed = 0
