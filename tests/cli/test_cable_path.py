@@ -207,4 +207,4 @@ def test_zeros_that_nobody_named_are_found_and_the_line_is_told(path):
     found = {p["name"]: p["identified"] for p in lost.document["parameters"]}
     assert np.abs([found[f"c{i}.l0"] / 1e3 - z for i, z in enumerate(path.cell.first, 1)]).max() < 0.05
     bare.write_text(bare.read_text() + "zeros: monday\n")
-    assert robocal("identify", free, bare, poses, "--json").document["verdict"]["verdict"] == "improved"
+    assert robocal("identify", free, bare, poses, "--json").document["verdict"]["status"] == "improved"

@@ -19,7 +19,7 @@ from robocal.measure.machine import Model
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["lacking", "open_motions", "open_remarks", "said_of"]
+__all__ = ["describe_motions", "lacking", "open_motions", "open_remarks"]
 
 ABSOLUTE = ("position", "pose")  # kinds that read coordinates
 DEPENDENT = 1e-6  # tolerance: of a motion of length 1, what others leave of it
@@ -58,7 +58,7 @@ def open_remarks(model: Model, fit: Fit) -> tuple[Remark, ...]:
     motions = tuple(open_motions(model, fit.identifiability))
     if not motions:
         return ()
-    out = [said_of(model, fit.identifiability, motions)]
+    out = [describe_motions(model, fit.identifiability, motions)]
     sigma, expected = _bare(model, fit, motions)
     if len(sigma) and np.median(sigma) > expected and lacking(model, fit) is None:
         low, high, usual = (Quantity(float(v)) for v in (sigma.min(), sigma.max(), expected))
@@ -66,7 +66,7 @@ def open_remarks(model: Model, fit: Fit) -> tuple[Remark, ...]:
     return tuple(out)
 
 
-def said_of(model: Model, seen: Identifiability, motions: tuple[str, ...]) -> Remark:
+def describe_motions(model: Model, seen: Identifiability, motions: tuple[str, ...]) -> Remark:
     """Which motions are open, and what stays where it was for it."""
     held = tuple(n for n in seen.dropped if n in model.table)
     return Remark.of(Code.MOTIONS_UNSEEN, motions=motions, count=len(motions), held=held)

@@ -22,7 +22,7 @@ LOST = declare(
 
 UNKNOWN = declare(
     "cable-zeros-unknown",
-    "the zeros of {count} cables are off by {most:.3g} at most: the error before is that of the zeros",
+    "the zeros of {count} cables are off by {most:.0f} at most: the error before is that of the zeros",
     "If the sensors count from anywhere after each power-up, write `zeros: NAME` into the data file of the lengths: zeros are then "
     "fitted for the nominal robot too, and the gain is that of the geometry.",
 )

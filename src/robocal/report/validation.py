@@ -53,9 +53,7 @@ def validation_head(found: Any) -> dict[str, Any]:
 def validation_sections(found: Any) -> Iterator[Section]:
     """The errors of a model, and of another one, from a `ValidationDocument`."""
     torque = found.torque.this if found.torque is not None else None
-    much = (
-        f"{torque.n} torques of joints" if torque and not len(found.poses) else f"{len(found.poses)} measured positions"
-    )
+    much = f"{torque.n} torques of joints" if torque and not len(found.poses) else f"{len(found.poses)} readings"
     head: list[Block] = [Text.of((found.robot, "strong"), f"   {much}")]
     if found.offsets is not None:
         head += quiet(f"judged: the nominal robot with the joint offsets of {found.offsets}")

@@ -13,7 +13,7 @@ from robocal.diagnose.check_registry import Context, When, run
 from robocal.diagnose.exchanged_views import exchanged_views
 from robocal.diagnose.fit_checks import findings_of_segments
 from robocal.diagnose.gross import sift
-from robocal.diagnose.motions import open_motions, said_of
+from robocal.diagnose.motions import describe_motions, open_motions
 from robocal.diagnose.outliers import Outlier, name_outliers
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.files import evidence_parts
@@ -189,7 +189,9 @@ def check_data(inputs: Inputs, watch: Watch | None = None) -> Checked:
     free = problem.table.free
     seen = analyse(problem.with_free(free), x) if free else None
     motions = None if seen is None else tuple(open_motions(machine, seen))
-    whole_motions = said_of(machine, seen, motions) if seen and motions and len(motions) == len(seen.dropped) else None
+    whole_motions = (
+        describe_motions(machine, seen, motions) if seen and motions and len(motions) == len(seen.dropped) else None
+    )
     context = Context(machine, measured, Baseline(problem, x), watch=watch, soft=Baseline(sifted.problem, sifted.x))
     # A view that was set aside by itself is no step.
     aside = replace(context, data=sifted.data, memo={})
