@@ -272,7 +272,7 @@ class OpenedCable(Opened[CableRobot]):
             try:
                 text = mjcf(robot)
             except ModelError as error:
-                error.file = self.file.path
+                error.file = str(self.file.path)
                 error.args = (str(error),)
                 raise
             return text, (Remark.of(Code.INERTIA_ASSUMED),) if robot.inertia is None else ()
