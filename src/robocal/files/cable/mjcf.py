@@ -71,10 +71,10 @@ def _model(robot: CableRobot, stiff: Array) -> Iterator[str]:
     yield f"       The damping of the cables is assumed: {100 * DAMPING:g} % of the critical one of the platform on one cable."
     if robot.inertia is None:
         yield "       The inertia is assumed: that of a box of the platform's mass around its anchors."
-    terms = ["gain y"] * robot.states_gains + ["build-up y^2"] * robot.states_build_up
-    yield f"       The unstretched length of a cable whose sensor shows y is {' + '.join(terms or ['y'])} + zero:"
-    law = [("gain", robot.gain)] * robot.states_gains + [("build-up", robot.build_up)] * robot.states_build_up
-    numbers = [("zero", robot.zeros), *law]
+    terms = ["gain y" if robot.states_gains else "y", *["build-up y^2"] * robot.states_build_up, "zero"]
+    yield f"       The unstretched length of a cable whose sensor shows y is {' + '.join(terms)}:"
+    drums = [("gain", robot.gain)] * robot.states_gains + [("build-up", robot.build_up)] * robot.states_build_up
+    numbers = [("zero", robot.zeros), *drums]
     of_each = (
         ", ".join([cable, *(f"{what} {_text(v[i])}" for what, v in numbers)]) for i, cable in enumerate(robot.cables)
     )

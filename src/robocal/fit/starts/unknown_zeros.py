@@ -73,7 +73,8 @@ def begin_zeros(model: Model, data: DataSet) -> dict[str, float]:
     unsaid = {n for n in table.free if n in model.anywhere and table[n].prior is None}
     found: dict[str, float] = {}
     for obs in drawn:
-        index = np.flatnonzero(np.isfinite(start).all(axis=1)[obs.configuration])
+        known = np.asarray(np.isfinite(start).all(axis=1))
+        index = np.flatnonzero(known[obs.configuration])
         zeros = zeros_at(model, obs, index, se3.from_vector(start[obs.configuration[index]]), own=True)
         found |= {n: v for n, v in zeros.items() if n in unsaid}
     off = [abs(v - table[n].value) for n, v in found.items()]

@@ -110,12 +110,10 @@ def sections(made: Outcome[Listed]) -> Iterator[Section]:
         yield _chosen(found.choice, n)
     yield from ends(written=made.written)
     if made.written and found.choice is not None:
-        folder, robot = made.written[0].parent, quote(str(found.file.path))
+        folder, file = made.written[0].parent, quote(str(found.file.path))
         data = [quote(str(p)) for p in sorted(made.written) if p.name in DATA and p.suffix == ".yaml"]
         tables = " and ".join(p.name for p in sorted(made.written) if p.name in DATA and p.suffix == ".csv")
-        step = (
-            f"next: measure at {folder / 'chosen.csv'}, fill in {tables}, then robocal check {robot} {' '.join(data)}"
-        )
+        step = f"next: measure at {folder / 'chosen.csv'}, fill in {tables}, then robocal check {file} {' '.join(data)}"
         yield Section.of("", Text.of(step))
 
 
