@@ -17,7 +17,7 @@ __all__ = ["find_unread_carriages"]
 UNREAD = declare(
     "carriages-not-read",
     "{file}: anchors of {cables} are on rails, and from row {first} to row {last} lengths are off as if their carriages stood elsewhere",
-    "Write where the carriages stood into columns of the table: `carriage: {{columns: NAMES, cables: NAMES}}` in the data file.",
+    "Write where the carriages stood into columns of the table: `carriage: {{columns: [...], cables: [...]}}` in the data file.",
 )
 
 
