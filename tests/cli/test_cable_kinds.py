@@ -15,7 +15,6 @@ from robocal.cables.cable_lengths import inverse
 from robocal.files.cable.cable_robot import read_cable
 from robocal.geometry import se3
 
-
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
@@ -115,7 +114,9 @@ def test_carriages_that_moved_and_that_nobody_wrote_down_are_named(place):
     (said, *_) = first.document["verdict"]["remarks"]
     assert first.status == 3 and said["code"] == "carriages-not-read", first.document["verdict"]
     assert ", ".join(railed) in said["sentence"] and "carriage: {columns" in said["advice"]
-    line = f"carriage: {{columns: [{', '.join(f'rail_{c}' for c in railed)}], cables: [{', '.join(railed)}], unit: m}}\n"
+    line = (
+        f"carriage: {{columns: [{', '.join(f'rail_{c}' for c in railed)}], cables: [{', '.join(railed)}], unit: m}}\n"
+    )
     Path("lengths.yaml").write_text(head + cables + line)
     then = robocal("identify", "robot.yaml", "lengths.yaml", "poses.yaml", "--json").document
     assert "carriages-not-read" not in {r["code"] for r in (*then["verdict"]["remarks"], *then["remarks"])}
