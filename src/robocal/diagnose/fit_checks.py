@@ -11,7 +11,7 @@ import numpy as np
 
 from robocal import _scipy as scipy
 from robocal.diagnose import limits
-from robocal.diagnose.cables.carriages import find_unread_carriages
+from robocal.diagnose.cables.unread_carriages import find_unread_carriages
 from robocal.diagnose.check_registry import Context, Finding, Level, When, check, doubt, note, of_remarks, once
 from robocal.diagnose.fixed_numbers import names_to_free
 from robocal.diagnose.segments.find import find_segments

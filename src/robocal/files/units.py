@@ -139,15 +139,15 @@ def parse_quantity(text: str, si: str, *, key: str) -> float:
 class TypedNumber(float):
     """A number that names its unit: its value in SI, and the words that were typed."""
 
-    words: str
+    typed: str
 
-    def __new__(cls, value: float, words: str) -> Self:
+    def __new__(cls, value: float, typed: str) -> Self:
         made = super().__new__(cls, value)
-        made.words = words
+        made.typed = typed
         return made
 
     def __str__(self) -> str:
-        return self.words
+        return self.typed
 
     __repr__ = __str__
 

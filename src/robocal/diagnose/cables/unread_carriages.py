@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from robocal.cables.geometry import CableRobot
 from robocal.diagnose.segments.find import Segment
 from robocal.diagnose.segments.posed import ZERO
 from robocal.measure.data import DataSet
@@ -23,9 +22,13 @@ UNREAD = declare(
 
 def find_unread_carriages(model: Model, data: DataSet, moved: Sequence[Segment]) -> Remark | None:
     """What explains zeros that moved for a while, where carriages that nobody read may have moved; None where none may."""
-    robot = model.part(CableRobot)
     off = [s for s in moved if s.cause.startswith(ZERO)]
-    if robot is None or robot.rails is None or not off:
+    if not off or "cable" not in model.parts:
+        return None
+    from robocal.cables.geometry import CableRobot
+
+    robot = model.part(CableRobot)
+    if robot is None or robot.rails is None:
         return None
     read = {o.source for o in data.observations if "carriage" in o.extra}
     held = tuple(c for c in robot.cables if robot.row(f"{c}.carriage") in robot.table)
