@@ -216,3 +216,11 @@ def test_zeros_that_nobody_named_are_found_and_the_line_is_told(path):
     assert np.abs([found[f"c{i}.l0"] / 1e3 - z for i, z in enumerate(path.cell.first, 1)]).max() < 0.05
     bare.write_text(bare.read_text() + "zeros: monday\n")
     assert robocal("identify", free, bare, poses, "--json").document["verdict"]["status"] == "improved"
+
+
+@pytest.mark.parametrize("gain", ["1000", "0.001"])
+def test_a_gain_that_is_a_slip_of_the_unit_is_named(gain, path):
+    other = path.home / "cell" / "gain.yaml"
+    other.write_text((path.home / "cell" / "robot.yaml").read_text().replace("gain: 1}", f"gain: {gain}}}"))
+    ran = robocal("identify", other, *(path.home / "first" / n for n in ("lengths.yaml", "poses.yaml")))
+    assert ran.status == 2 and "disagree on the size of the robot" in ran.remarks, ran.remarks
