@@ -30,6 +30,7 @@ QUICK = (
 )
 # Obeyed by a test of their own, above which a comment says so: `# obeys: CODE`.
 OTHER = {
+    "carriages-not-read": "cli/test_cable_kinds.py",
     "points-too-few": "session/test_measured_points.py",
     "points-apart": "session/test_measured_points.py",
     "points-without-places": "session/test_measured_points.py",

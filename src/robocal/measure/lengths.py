@@ -237,9 +237,9 @@ def parameters(obs: Observations) -> list[Parameter]:
     return [*zeros, *(Parameter(n, _gain(obs), "1", loose, expected=DRUM) for n in drums)]
 
 
-def zeros_at(machine: Model, obs: Observations, index: Ints, pose: Array) -> dict[str, float]:
-    """The zeros of such lengths by name, where the platform stood at poses (k, 4, 4) when rows `index` (k,) were read: the median of
-    what the robot's lengths are beyond them."""
+def zeros_at(machine: Model, obs: Observations, index: Ints, pose: Array, own: bool = False) -> dict[str, float]:
+    """The zeros of such lengths by name, or the robot's `own`, where the platform stood at poses (k, 4, 4) when rows `index` (k,) were
+    read: the median of what the robot's lengths are beyond them."""
     robot, cable = cable_robot_of(machine, WHAT), obs.extra["cable"][index].astype(np.int64)
     out, gain = {}, gains_at(robot, obs)
     for i, name in enumerate(robot.cables):
@@ -247,7 +247,9 @@ def zeros_at(machine: Model, obs: Observations, index: Ints, pose: Array) -> dic
         if len(mine):
             read = obs.extra["carriage"][index[mine]] if "carriage" in obs.extra else None
             full = straight(robot, pose[mine], read)[0][:, i]
-            out[f"{owner(obs)}.{name}"] = float(np.median(full - gain[i] * obs.value[index[mine], 0]))
+            shown = obs.value[index[mine], 0]
+            called = robot.row(f"{name}.{ZERO}") if own else f"{owner(obs)}.{name}"
+            out[called] = float(np.median(full - (gain[i] + robot.build_up[i] * shown) * shown))
     return out
 
 

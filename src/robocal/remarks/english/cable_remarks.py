@@ -84,8 +84,8 @@ class CableRemarks:
         "standard deviations include the uncertainty of the calibration of {run}, beside the noise of these lengths"
     )
     SHAPE_CARRIED = Phrase(
-        "standard deviations include the uncertainty of the calibration of {run}, wherever its base stands: no measurement shows that, and "
-        "it is placed best over these rows"
+        "standard deviations include the uncertainty of the calibration of {run}, but not where its base stands, which nothing measured: "
+        "the base is taken as placed best over these rows"
     )
     STRETCH_TAKEN = Phrase("stretch is removed from the lengths, up to {most}, by {how} tensions")
     BASE_NOT_MEASURED = Phrase(
@@ -102,9 +102,9 @@ class CableRemarks:
         "Of several power-ups, `robocal cable rezero` writes the zeros of the one that is on. Of several drums, name one `gain` in all "
         "files.",
     )
-    BEYOND_TAKEN = Phrase("lengths are read with the {names} that {run} identified")
+    BEYOND_TAKEN = Phrase("lengths are read with {names}, as {run} identified them")
     ZEROS_LEFT_ASIDE = Phrase(
-        "lengths are read with the zeros of the robot file, not with the {names} that {run} identified as well"
+        "lengths are read with the zeros of the robot file, not with {names}, which {run} identified as well"
     )
     TENSIONS_WEIGH = Phrase(
         "the tensions carry a mass of {mass}, the robot file states {stated}",
