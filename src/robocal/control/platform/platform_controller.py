@@ -143,8 +143,7 @@ class PlatformState:
     def arrived(self) -> bool:
         """Whether it stands at its goal."""
         memory = self.memory
-        still = not memory[kernels.MOVING] and not memory[kernels.TURNING]
-        return bool(still and memory[kernels.CODE] == kernels.RUNNING and not self.twist.any())
+        return not (memory[kernels.MOVING] or memory[kernels.TURNING] or memory[kernels.CODE])
 
     @property
     def stop(self) -> str:
