@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from simulation.test_platform import robot
+from simulation.test_platform import A, robot
 
 from robocal._jit import as_kernel_array
+from robocal.cables.geometry import cable_robot
 from robocal.cables.prepared import Drums, Prepared
 from robocal.cables.single._kernels import slopes
 from robocal.control.platform.platform_controller import (
@@ -26,8 +27,9 @@ HOME = robot().home
 
 
 def ready(**more: object) -> tuple[PlatformController, PlatformState]:
-    """A controller whose motors need not follow, for a platform that does what it is told."""
-    machine = robot(limits=np.tile([0.0, 1e6], (8, 1)))
+    """A controller whose motors need not follow, for a platform that does what it is told; crossed cables hold it where it turns."""
+    b = np.array([[x, y, z] for z in (-0.3, 0.3) for x, y in ((-0.1, 0.1), (-0.1, -0.1), (0.1, -0.1), (0.1, 0.1))])
+    machine = cable_robot("crossed", A, b, mass=5.0, limits=np.tile([0.0, 1e6], (8, 1)))
     motion = MotionLimits(**(QUICK | more))
     made = platform_controller(Prepared(machine), Drums.of(0.04, 4.0), motion=motion, safe=SafeLimits(follow=1e9))
     return made.power_up(HOME, np.zeros(8))
@@ -116,7 +118,7 @@ def test_a_goal_that_changes_on_the_way_changes_no_speed_by_a_step():
     made, state = ready()
     first, second = (se3.displace(HOME, [x, y, 0.0], np.zeros(3)) for x, y in ((0.5, 0.0), (-0.2, 0.2)))
     full, slope, pose, speeds = np.empty(8), np.empty((8, 6)), as_kernel_array(HOME), []
-    for n in range(3500):
+    for n in range(4500):
         slopes(pose, made.cables, full, slope)
         state, _ = made.step(state, first if n < 900 else second, (full - made.zeros) / 0.01)
         speeds.append(state.twist[:3])

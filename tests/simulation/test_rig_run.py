@@ -99,7 +99,7 @@ def test_new_parameters_move_nothing_by_a_step():
     first = follow(controller, state, plant, driven, goal, 4.0, wiring=wiring)
     known = Prepared(true, method="mid")
     right = platform_controller(known, DRUMS, torque_limit=3.0).power_up(machine.home, start)[0]
-    run = follow(controller.change(known, right.zeros), first.state, plant, first.driven, goal, 7.0, wiring=wiring)
+    run = follow(controller.change(known, right.zeros), first.state, plant, first.driven, goal, 12.0, wiring=wiring)
     for places in (run.log.pose[:, :3, 3], run.log.state[:, :3]):
         assert np.linalg.norm(np.diff(places, axis=0), axis=1).max() < 1e-4
     off = [np.linalg.norm(r.driven.motion.pose[:3, 3] - goal[:3, 3]) for r in (first, run)]
@@ -115,7 +115,7 @@ def test_stretch_is_reported_and_corrected_when_asked(correct):
     run = follow(controller, state, plant, driven, away(machine, 1.5), 10.0, settle=1.0)
     off = run.driven.motion.pose[:3, 3] - run.state.pose[:3, 3]
     assert np.linalg.norm(off - run.state.unseen[:3]) < 3e-4
-    assert (np.linalg.norm(off) < 3e-4) is correct
+    assert bool(np.linalg.norm(off) < 3e-4) is correct
     assert np.abs(run.state.stretch).max() > 1e-3
 
 
@@ -136,27 +136,26 @@ def test_wrong_wiring_closes_the_brakes(word):
     assert np.linalg.norm(run.driven.motion.pose[:3, 3] - machine.home[:3, 3]) < 0.3
 
 
-def test_half_the_counts_do_not_arrive_unseen():
+def test_half_the_counts_fit_no_pose():
     machine = few()
     plant, driven = rig(machine)
     wiring = Wiring(counts=16384, scale=[1, 1, 0.5, 1, 1, 1, 1, 1])
-    controller, state = commander(machine, driven, wiring, safe=SafeLimits(residual=0.02))
+    controller, state = commander(machine, driven, wiring, safe=SafeLimits(residual=0.005))
     run = follow(controller, state, plant, driven, away(machine), 8.0, wiring=wiring)
-    assert run.state.stop and not run.state.arrived
+    assert run.state.stop == "lengths-disagree" and run.seconds < 3.0
 
 
-@pytest.mark.parametrize(("load", "word"), [(250.0, "cable-slack"), (-250.0, "cable-overloaded")])
-def test_sensors_of_tension_stop_it(load, word):
+@pytest.mark.parametrize(("kept", "word"), [((-5.0, 1e3), "cable-slack"), ((-60.0, 5.0), "cable-overloaded")])
+def test_sensors_of_tension_stop_it(kept, word):
     machine = few()
     plant, driven = rig(machine)
-    wiring = Wiring(counts=16384, sensor=True)
-    controller, state = commander(machine, driven, wiring, safe=SafeLimits(least=15.0, most=205.0))
-    run = follow(controller, state, plant, driven, machine.home, 3.0, wiring=wiring, load=[0, 0, load, 0, 0, 0])
-    assert run.state.stop in ("cable-slack", "cable-overloaded") and run.state.cable is not None
-    assert np.linalg.norm(run.log.state[-1, 7:10]) < 0.05
-    blind = Wiring(counts=16384)
-    again = follow(*commander(machine, driven, blind), plant, driven, machine.home, 1.0, wiring=blind)
-    assert not again.state.stop
+    tension, down = driven.motion.tension, [0, 0, -60.0, 0, 0, 0]
+    safe = SafeLimits(least=tension.min() + kept[0], most=tension.max() + kept[1])
+    for wiring, expected in ((Wiring(counts=16384, sensor=True), word), (Wiring(counts=16384), "")):
+        controller, state = commander(machine, driven, wiring, safe=safe)
+        run = follow(controller, state, plant, driven, machine.home, 3.0, wiring=wiring, load=down)
+        assert run.state.stop == expected and (run.state.cable is None) is (expected == "")
+        assert np.linalg.norm(run.log.state[-1, 7:10]) < 0.01
 
 
 def test_a_goal_that_cannot_be_held_stops_it_on_the_way():
@@ -179,22 +178,23 @@ def test_the_driver_is_the_same_loop():
     run = follow(controller, state, plant, driven, away(machine), 0.05, wiring=wiring)
     driver = SimulatedDriver(plant, driven, wiring)
     end = drive(controller, state, driver, away(machine), 0.05)
-    assert np.abs(end.pose - run.state.pose).max() < 1e-9
-    assert np.abs(driver.driven.motion.pose - run.driven.motion.pose).max() < 1e-9
+    assert np.abs(end.pose - run.state.pose).max() < 1e-5  # one count of an encoder
+    assert np.abs(driver.driven.motion.pose - run.driven.motion.pose).max() < 1e-6
 
 
-def test_cogging_that_is_known_disturbs_less():
+def test_cogging_that_is_known_disturbs_as_none():
     machine, curve = few(), Cogging((4, 18), (0.06, 0.05), (0.02, 0.0))
-    plant, driven = rig(machine, cogging=(curve,), coulomb=0.0)
     table = np.broadcast_to(curve.at(np.linspace(0, 2 * np.pi, 721)), (2, 8, 721))
     rough = []
-    for tables in (None, table):
+    for cogging, tables in (((curve,), None), ((curve,), table), ((), None)):
+        plant, driven = rig(machine, cogging=cogging, coulomb=0.0)
         wiring = Wiring(counts=16384)
         controller, state = commander(machine, driven, wiring, tables=tables)
         run = follow(controller, state, plant, driven, away(machine), 6.0, wiring=wiring)
-        middle = run.log.state[300:700, 7:10]
-        rough.append(np.diff(middle, axis=0).std())
-    assert rough[1] < 0.5 * rough[0]
+        rough.append(np.diff(run.log.state[300:700, 7:10], axis=0).std())
+    unknown, known, none = rough
+    print(f"changes of speed in a period {unknown:.2e}, {known:.2e}, without cogging {none:.2e} m/s")
+    assert known - none < 0.2 * (unknown - none)
 
 
 def test_joints_arrive_too():
