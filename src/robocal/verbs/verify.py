@@ -13,7 +13,7 @@ from robocal.verbs.option import Arg, BaseOptions, arg, option
 from robocal.verbs.outcome import Outcome, Watch, run_verb
 
 if TYPE_CHECKING:
-    from robocal.verbs.verify.result import AnovaResult, Verified
+    from robocal.session.verified_poses import AnovaResult, Verified
 
 __all__ = ["Options", "run", "sections"]
 
@@ -51,7 +51,7 @@ class Options(BaseOptions):
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Verified | AnovaResult]:
     """Compares poses, or means. Raises InputError."""
     from robocal.errors import ModelError
-    from robocal.verbs.verify.result import summarise_groups, verify_sources
+    from robocal.session.verified_poses import summarise_groups, verify_sources
 
     def find() -> Verified | AnovaResult:
         if not o.summary:
