@@ -135,6 +135,17 @@ class PictureModel(FileModel):
     grey_noise: NotNegative = 5.0
 
 
+class DrivesModel(FileModel):
+    """Winches: drum, gear, inertia at the motor, friction, and counts of the encoder per turn of the motor."""
+
+    drum_radius: Positive = 0.03
+    gear: Positive = 1.0
+    inertia_kg_m2: Positive = 2e-3
+    coulomb_N_m: NotNegative = 0.0
+    viscous_N_m_s: NotNegative = 0.01
+    counts_per_turn: Annotated[int, Field(ge=0, le=1 << 30)] = 16384
+
+
 class StartModel(FileModel):
     """How far the platform hangs from where the builder says it is at power-up."""
 
@@ -150,6 +161,7 @@ class WrongModel(FileModel):
     reversed: Count | None = None
     half_count: Count | None = None
     slack: Count | None = None
+    slack_length: Positive = 0.08
     mass_factor: Positive | None = None
 
 
@@ -173,6 +185,7 @@ class CableRigModel(FileModel):
     prior_used: PriorModel = PriorModel.model_construct()
     reference: ReferenceModel = ReferenceModel.model_construct()
     images: PictureModel = PictureModel.model_construct()
+    drives: DrivesModel = DrivesModel.model_construct()
     start: StartModel = StartModel.model_construct()
     lists: Annotated[int, Field(ge=1, le=26)] = 1
     wrong: WrongModel = WrongModel.model_construct()

@@ -33,27 +33,33 @@ class RigMotion:
     """The rig under power: where it is, what its controller believes, and what the plant has seen of tensions.
 
     `believed` is the robot of the running controller; `now` (4, 4) is where the platform is; `least` and `most` are the tensions (N) of
-    the plant so far.
+    the plant so far. `added` (6,) is what the position loop adds at rest (N and N m), `commanded` (m,) the tensions that it asks for.
     """
 
     def __init__(self, world: RigWorld, wiring: Wiring, believed: CableRobot, home: Array, now: Array) -> None:
         self.world, self.wiring, self.believed, self.home, self.now = world, wiring, believed, home, now
         self.least, self.most, self.moved = np.inf, 0.0, 0
+        self.added, self.commanded = np.zeros(6), np.zeros(len(world.spec.cables))
 
     def ahead(self, pose: Array) -> Array:
         """Tensions (m,) that the controller feeds forward at a pose."""
         return closed_tension(self.believed, pose[None], self.world.spec.said.tensions.preferred_N)[0]
 
+    def allows(self, pulls: Array) -> bool:
+        """Whether tensions (m,) are within the limits of the controller."""
+        low, high = self.world.spec.limits
+        return bool(pulls.min() >= low and pulls.max() <= high)
+
     def go(self, target: Array, name: str) -> tuple[Array, Array] | Stop:
         """Moves to a pose (4, 4): what sensors show (m,) and the tensions (m,) of the plant there, or why it stopped."""
         pulls = self.ahead(target)
-        low, high = self.world.spec.limits
-        if pulls.min() < low or pulls.max() > high:
-            return Stop("infeasible", name, self.world.spec.cables[int(np.argmax(np.abs(pulls - (low + high) / 2)))])
+        if not self.allows(pulls):
+            return Stop("infeasible", name)
         found = stand_still(self.world.true, self.wiring, self.believed, target, pulls, target)
         if not found.found:
             return Stop("slack", name, self.world.spec.cables[int(found.tension.argmin())], float(found.tension.min()))
         self.now, self.moved = found.pose, self.moved + 1
+        self.added, self.commanded = found.added, found.commanded
         self.least, self.most = min(self.least, float(found.tension.min())), max(self.most, float(found.tension.max()))
         return found.shown, found.tension
 
@@ -108,7 +114,12 @@ def power_up(world: RigWorld, rng: np.random.Generator) -> tuple[RigMotion, Cabl
     bare = read_robot(world, np.zeros(len(world.spec.cables))).robot
     home = bare.home
     there = start_of(world, home, rng)
-    pulls = closed_tension(world.true, there[None], world.spec.said.tensions.preferred_N)[0]
+    preferred, least = world.spec.said.tensions.preferred_N, world.spec.limits[0]
+    # Whoever hangs a platform pulls until every cable is taut.
+    for more in range(10):
+        pulls = closed_tension(world.true, there[None], (1 + 0.25 * more) * preferred)[0]
+        if pulls.min() >= least:
+            break
     first = lengths_at(world.true, there, np.maximum(pulls, 0.0))
     file = read_robot(world, lengths_at(bare, home))
     return RigMotion(world, wiring_of(world, first), file.robot, home, there), file

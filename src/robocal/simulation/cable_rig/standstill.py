@@ -43,11 +43,12 @@ class Wiring:
 
 @record(eq=False)
 class Standstill:
-    """A platform at rest: pose (4, 4), tensions (m,) in N of the plant, what sensors show (m,) in m, the force and moment (6,) that the
-    position loop adds in base axes, and whether a rest was found at which every cable pulls."""
+    """A platform at rest: pose (4, 4), tensions (m,) in N of the plant and as they were commanded, what sensors show (m,) in m, the force
+    and moment (6,) that the position loop adds in base axes, and whether a rest was found at which every cable pulls."""
 
     pose: Array
     tension: Array
+    commanded: Array
     shown: Array
     added: Array
     found: bool = field(default=True)
@@ -87,4 +88,4 @@ def stand_still(
         if np.abs(step).max() < ENOUGH:
             found = True
             break
-    return Standstill(pose, pulls, shown, -gradient.T @ gradient @ x[6:], found and bool((pulls > 0).all()))
+    return Standstill(pose, pulls, ahead + gradient @ x[6:], shown, -gradient.T @ gradient @ x[6:], found and bool((pulls > 0).all()))
