@@ -42,7 +42,7 @@ from robocal.remarks.remark import Quantity, Remark
 from robocal.session.measured_points import poses_of_points
 from robocal.session.verb_base import VerbResult
 
-__all__ = ["VIEWS", "AnovaResult", "PoseSource", "Verified", "summarise_groups", "verify_sources"]
+__all__ = ["VIEWS", "AnovaResult", "PoseSource", "Verified", "spreads_of", "summarise_groups", "verify_sources", "views_of"]
 
 VIEWS = ("as measured", "relative to the first", "aligned", "aligned, another point")
 FARTHEST = 1e5  # m
@@ -108,14 +108,14 @@ class Verified(PoseComparison):
     @cached_property
     def spreads(self) -> dict[str, Views]:
         """The errors of every source in every view, in mm and deg."""
-        return {s.name: _spreads(of) for s, of in zip(self.sources, self.errors, strict=True)}
+        return {s.name: spreads_of(of) for s, of in zip(self.sources, self.errors, strict=True)}
 
     @cached_property
     def between(self) -> dict[str, Views]:
         """What every two sources differ by."""
         views = {VIEWS[0]: errors, VIEWS[1]: relative}
         return {
-            f"{a.name} - {b.name}": _spreads({v: way(a.poses, b.poses) for v, way in views.items()})
+            f"{a.name} - {b.name}": spreads_of({v: way(a.poses, b.poses) for v, way in views.items()})
             for a, b in combinations(self.sources, 2)
         }
 
@@ -131,7 +131,7 @@ class Verified(PoseComparison):
             for source, views in zip(self.sources, self.errors, strict=True):
                 rows = {v: label[len(label) - len(e.position) :] == name for v, e in views.items()}
                 some = {v: PoseErrors(e.position[rows[v]], e.orientation[rows[v]]) for v, e in views.items()}
-                out.setdefault(name, {})[source.name] = _spreads({v: e for v, e in some.items() if len(e.position)})
+                out.setdefault(name, {})[source.name] = spreads_of({v: e for v, e in some.items() if len(e.position)})
         return out
 
     @cached_property
@@ -199,7 +199,8 @@ def _spread(values: Array, unit: str) -> ErrorSpread:
     return to_display(ErrorSpread, (unit, len(values), float(values.mean()), sd, float(values.max())))
 
 
-def _spreads(views: Mapping[str, PoseErrors]) -> Views:
+def spreads_of(views: Mapping[str, PoseErrors]) -> Views:
+    """Mean, deviation and largest error of every view, in mm and deg."""
     return {v: PosePair(_spread(e.position, "m"), _spread(e.orientation, "rad")) for v, e in views.items()}
 
 
@@ -279,7 +280,7 @@ def verify_sources(reference: str, places: Sequence[str], command: str = "") -> 
     said = [r for _, _, warnings in read for r in warnings]
     if left:
         said.append(Remark.of(Code.POSES_NOT_IN_ALL, count=left, both=len(both)))
-    views, motions = zip(*(_views(s.poses, first.poses) for s in sources), strict=True)
+    views, motions = zip(*(views_of(s.poses, first.poses) for s in sources), strict=True)
     doubts = [d for s, e in zip(sources, views, strict=True) if (d := _doubt(s, first, e)) is not None]
     inputs = tuple(i for _, inputs, _ in read for i in inputs)
     return Verified(
@@ -309,7 +310,7 @@ def _doubt(source: PoseSource, reference: PoseSource, views: Mapping[str, PoseEr
     return Remark.of(CODES[found.cause], **names, left=left, spread=spread, factor=found.factor)
 
 
-def _views(found: Array, reference: Array) -> tuple[dict[str, PoseErrors], Array | None]:
+def views_of(found: Array, reference: Array) -> tuple[dict[str, PoseErrors], Array | None]:
     """Errors by view, and the motion that aligns best."""
     out, motion = {VIEWS[0]: errors(found, reference), VIEWS[1]: relative(found, reference)}, None
     if len(found) >= 3:

@@ -78,9 +78,9 @@ def _lengths(motion: RigMotion, shown: Array, last: bool, least: float = CABLE_R
         return None
     if best.chance < CABLE_RIG_CHANCE:
         return Remark.of(Code.RIG_LENGTHS_DISAGREE, chance=chance) if last else None
-    cables = [robot.cables[i] for i in best.cables]
+    cables = tuple(robot.cables[i] for i in best.cables)
     alike = second.chance >= CABLE_RIG_CHANCE and len(second.cables) == len(cables)
-    also = [robot.cables[i] for i in second.cables] if alike else None
+    also = tuple(robot.cables[i] for i in second.cables) if alike else None
     if len(cables) == 2:
         return Remark.of(Code.RIG_EXCHANGED, cables=cables, also=also)
     return Remark.of(Code.RIG_ENCODER, cable=cables[0], gain=best.gain, also=also, times=second.gain if also else None)
@@ -93,7 +93,7 @@ def _balance(motion: RigMotion, tension: Array) -> Remark | None:
     found = explain_balance(robot, known, home, tension, said.cable.tension_known_to)
     if found.cables and balance_chance(robot, known, home, tension, said.cable.tension_known_to) < CABLE_RIG_CHANCE:
         one, other = (robot.cables[i] for i in found.cables)
-        return Remark.of(Code.RIG_EXCHANGED, cables=[one, other], also=None)
+        return Remark.of(Code.RIG_EXCHANGED, cables=(one, other), also=None)
     if found.cables or special.ndtr(-abs(found.weight - 1) / found.sigma) >= CABLE_RIG_CHANCE:
         return None
     weight = said.weight_N
