@@ -15,6 +15,7 @@ from robocal.apply.verification import errors, relative
 from robocal.files.cable.rig_spec import CableRigSpec, read_cable_rig
 from robocal.files.cable.write import describe_cable
 from robocal.files.display import listing_text
+from robocal.files.images import encode_png
 from robocal.files.parts import Document, Origin
 from robocal.files.plain import json_text
 from robocal.files.verification import Views
@@ -26,6 +27,7 @@ from robocal.remarks.remark import Remark
 from robocal.session.cable.rig_calibration import CalibratedList, Verification, calibrate, verify_list
 from robocal.session.cable.rig_checks import check_rig, remark_of_stop
 from robocal.session.cable.rig_files import LABEL, Recording, lengths_files, pixels_files, poses_file
+from robocal.session.cable.rig_images import THROUGH
 from robocal.session.cable.rig_run import RigMotion, Stop, power_up
 from robocal.session.cable.rig_world import RigWorld, draw_poses, draw_world, robot_text
 from robocal.session.verb_base import VerbResult
@@ -222,6 +224,7 @@ def commission(o: Any, watch: Watch | None = None, command: str = "") -> Commiss
         tell(watch, "motion")
         rng = np.random.default_rng(stream)
         motion, _ = power_up(world, rng)
+        motion.draws, motion.watch = o.images, watch
         reason = check_rig(motion, rng)
         if reason is None:
             made = _one(o, world, motion, name, streams[1], rng, command, watch, written)
@@ -264,6 +267,9 @@ def _one(
         return remark_of_stop(recording, motion)
     folder = Path(o.output) / name
     written += write_files(folder, list_files(world, rough.zeros, recording))
+    if recording.images:
+        files = {f"{n}.png": encode_png(image) for n, image in zip(recording.ids, recording.images, strict=True)}
+        written += write_files(folder / "images", files)
     tell(watch, "identify")
     found = calibrate(folder, name, recording, command, o.seed, watch)
     motion.believed = found.robot
@@ -279,7 +285,7 @@ def _one(
 def list_files(world: RigWorld, zeros: Array, made: Recording) -> Mapping[str, str]:
     """What the builder has of a list, and the truth apart from it."""
     out = {"robot.yaml": robot_text(world, zeros), **lengths_files(world, made)}
-    out |= pixels_files(world, made, world.spec.said.camera.corner_noise_px)
+    out |= pixels_files(world, made, THROUGH if made.images else world.spec.said.camera.corner_noise_px)
     out["poses.csv"] = poses_file(made.ids, made.asked)
     out["truth-poses.csv"] = poses_file(made.ids, made.true)
     names = world.spec.cables

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robocal._record import record
 from robocal._types import Array
@@ -14,8 +16,9 @@ from robocal.geometry import se3
 from robocal.quantities import Column, Listing
 from robocal.session.cable.rig_world import RigWorld
 
-__all__ = ["LABEL", "LENS", "Recording", "lengths_files", "pixels_files", "poses_file"]
+__all__ = ["LABEL", "LENS", "Corners", "Recording", "lengths_files", "pixels_files", "poses_file"]
 
+Corners: TypeAlias = tuple[tuple[int, int, Array], ...]
 LABEL = "# SIMULATED by robocal cable rig, not measured\n"
 LENS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 
@@ -23,7 +26,8 @@ LENS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 @record(eq=False)
 class Recording:
     """What a list of k poses left: ids; poses (k, 4, 4) asked for and true; tensions (k, m) in N of the plant and as drives tell them; what
-    sensors show (k, m) in m; corners as (view, marker, (4, 2) px); the poses (k, 4, 4) of the external instrument and its clock (k,) in s."""
+    sensors show (k, m) in m; corners as (view, marker, (4, 2) px); the poses (k, 4, 4) of the external instrument its clock (k,) in s, and
+    the images where they were drawn."""
 
     ids: tuple[str, ...]
     asked: Array
@@ -31,9 +35,10 @@ class Recording:
     tension: Array
     told: Array
     shown: Array
-    corners: tuple[tuple[int, int, Array], ...]
+    corners: Corners
     reference: Array
     clock: Array
+    images: tuple[NDArray[np.uint8], ...] = ()
 
 
 def lengths_files(world: RigWorld, made: Recording, stem: str = "lengths") -> Mapping[str, str]:

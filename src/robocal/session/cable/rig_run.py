@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robocal._record import record
 from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.files.cable.cablefile import CableFile
 from robocal.geometry import se3
-from robocal.session.cable.rig_files import Recording
+from robocal.progress import Watch
+from robocal.session.cable.rig_files import Corners, Recording
 from robocal.session.cable.rig_world import RigWorld, closed_tension, lengths_at, read_robot, start_of
 from robocal.simulation.cable_rig.floor_markers import sightings
 from robocal.simulation.cable_rig.standstill import Wiring, stand_still
@@ -33,11 +35,13 @@ class RigMotion:
     """The rig under power: where it is, what its controller believes, and what the plant has seen of tensions.
 
     `believed` is the robot of the running controller; `now` (4, 4) is where the platform is; `least` and `most` are the tensions (N) of
-    the plant so far. `added` (6,) is what the position loop adds at rest (N and N m), `commanded` (m,) the tensions that it asks for.
+    the plant so far. `draws`: whether images are drawn, and corners looked for in them. `added` (6,) is what the position loop adds at rest (N and N m), `commanded` (m,) the tensions that it asks for.
     """
 
     def __init__(self, world: RigWorld, wiring: Wiring, believed: CableRobot, home: Array, now: Array) -> None:
         self.world, self.wiring, self.believed, self.home, self.now = world, wiring, believed, home, now
+        self.draws = False
+        self.watch: Watch | None = None
         self.least, self.most, self.moved = np.inf, 0.0, 0
         self.added, self.commanded = np.zeros(6), np.zeros(len(world.spec.cables))
 
@@ -77,11 +81,8 @@ class RigMotion:
             back = self.go(self.home, f"{name} to X_0")
             if isinstance(back, Stop):
                 return back
-        camera = true @ self.world.eye
         world = self.world
-        seen = sightings(camera, world.markers, world.edge, world.lens, said.camera.resolution, world.sight)
-        noise = said.camera.corner_noise_px
-        corners = tuple((s.view, s.marker, s.corners + rng.normal(scale=noise, size=(4, 2))) for s in seen)
+        corners, images = self._look(true @ world.eye, rng)
         r = said.reference
         off = np.column_stack([
             rng.normal(scale=r.position_sigma, size=(k, 3)), rng.normal(scale=np.radians(r.angle_sigma), size=(k, 3))
@@ -89,8 +90,20 @@ class RigMotion:
         clock = r.clock_offset_s + (1 + r.clock_drift) * PAUSE * np.arange(k)
         return Recording(
             ids, poses, true, tension, np.abs(tension * (1 + rng.normal(scale=said.cable.tension_known_to, size=(k, m)))),
-            shown + rng.normal(scale=said.cable.length_noise, size=(k, m)), corners, se3.displace(true, off[:, :3], off[:, 3:]), clock,
+            shown + rng.normal(scale=said.cable.length_noise, size=(k, m)), corners, se3.displace(true, off[:, :3], off[:, 3:]), clock, images,
         )  # fmt: skip
+
+    def _look(self, cameras: Array, rng: np.random.Generator) -> tuple[Corners, tuple[NDArray[np.uint8], ...]]:
+        """The corners that cameras T_base_camera (k, 4, 4) show, projected, or found in drawn images, and these."""
+        world = self.world
+        if self.draws:
+            from robocal.session.cable.rig_images import photograph
+
+            return photograph(world, cameras, rng, self.watch)
+        camera = world.spec.said.camera
+        seen = sightings(cameras, world.markers, world.edge, world.lens, camera.resolution, world.sight)
+        noise = camera.corner_noise_px
+        return tuple((s.view, s.marker, s.corners + rng.normal(scale=noise, size=(4, 2))) for s in seen), ()
 
 
 def wiring_of(world: RigWorld, first: Array) -> Wiring:

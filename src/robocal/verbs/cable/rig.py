@@ -43,6 +43,7 @@ class Options(BaseOptions):
     anchors: str | None = option(
         None, "How the builder knows the anchors: tape or beacons", "HOW", choices=("tape", "beacons"), otherwise="as the file says"
     )
+    images: bool = option(False, "Draw the images of the camera, and look for corners in them; otherwise corners are projected")
     seed: w.Seed = 0
     force: w.Force = False
 
