@@ -84,3 +84,13 @@ def test_escapes(place, capsys, number, status):
     assert any(r["code"] == "drive-escaped" for r in document["remarks"])
     if status == 0:
         assert document["curve_error"]["value"] < 0.03 * document["peak"]["value"]
+
+
+def test_a_faster_sweep_is_held_back(place, capsys):
+    shrink(place)
+    for number in (0, 5):
+        assert run(commands("cogging")[number], capsys)[0] == 0
+    status, document = run(commands("cogging")[6], capsys)
+    assert status == 0
+    (told,) = [r for r in document["remarks"] if r["code"] == "drive-held-back"]
+    assert "quick-run" in told["sentence"]

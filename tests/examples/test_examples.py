@@ -97,7 +97,7 @@ def test_every_command_is_tried():
         ("arm-fixed-camera", 1),
         ("camera", 0),
         ("camera", 1),
-        *(("cogging", i) for i in range(5)),
+        *(("cogging", i) for i in range(7)),
         ("rv-2aj", 1),
         ("rv-2aj", 3),
         ("rv-2aj", 4),

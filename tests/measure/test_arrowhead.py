@@ -27,7 +27,7 @@ def markers(p):
 
 
 def test_markers_of_a_map_are_the_groups(rig):
-    assert sorted(map(sorted, rig.problem.apart.tolist())) == markers(rig.problem)
+    assert sorted(map(sorted, rig.problem.independent.tolist())) == markers(rig.problem)
 
 
 def test_what_a_prior_joins_or_a_bound_stops_is_no_group_of_its_own():
@@ -54,7 +54,7 @@ def test_the_step_is_that_of_the_whole_matrix(rig, posed, hold):
     held[p.free.index("eye.x")] = hold
     damp, local = np.linspace(1, 2, n), tuple(np.full(s, 1.5) for s in p.sizes)
     steps = []
-    for made in (Arrowhead(n, p.apart, p.sizes[0], _pairs(p, p.apart)), structure(n, p.sizes, p.pairs)):
+    for made in (Arrowhead(n, p.independent, p.sizes[0], _pairs(p, p.independent)), structure(n, p.sizes, p.pairs)):
         step, blocks = np.zeros(n), tuple(np.zeros(s) for s in p.sizes)
         assert made.solve(normal, 0, 1e-3, damp, local, held, step, blocks)
         steps.append(np.concatenate([step, blocks[0].ravel()]))

@@ -242,7 +242,7 @@ class Problem(Unknowns):
         return np.concatenate([np.zeros((0, 2), dtype=np.int64), *(t.pairs for t in self.terms)])
 
     @cached_property
-    def apart(self) -> Ints:
+    def independent(self) -> Ints:
         """Groups of free columns of which no row touches two, (E, s)."""
         return independent_groups(self.bound_terms, self.bounds, self.prior_root)
 

@@ -64,7 +64,7 @@ START_ASKS = limit(0.01, "of the mean distance of two frame anchors",
     "No making leaves lengths so far from poses, whatever the zeros.", "tests/unit/test_unknown_zeros.py")
 START_CLEARLY = limit(0.5, "of that", "Another start must leave so much less, or the first one stands.", "tests/unit/test_unknown_zeros.py")
 START_LOST = limit(0.01, "of the cost",
-    "A lost closed form misses by half a turn; 0.3 rad leaves (0.3 / pi)^2 of that. Up to 1 rad the same is seen as at the truth.",
+    "A lost closed form misses by half a turn; 0.3 rad leaves (0.3 / pi)^2 of that. To 1 rad nothing differs.",
     "tests/session/test_where_rank_is_asked.py")
 START_POSES = limit(6, "poses", "Five give the four numbers of a cable, and one of them may be gross.")
 BASELINE_LESS = limit(0.99, "of the cost",

@@ -23,6 +23,7 @@ __all__ = [
     "LensModel",
     "fold_mask",
     "fold_radius",
+    "image_and_slope",
     "image_of",
     "image_radius",
     "model_of",
@@ -83,7 +84,7 @@ def project(points: Array, intrinsics: Array) -> tuple[Array, Array, Array]:
     return uv, slope @ by, _answer(x, y, intrinsics)
 
 
-def seen_from(points: Array, intrinsics: Array) -> tuple[Array, Array]:
+def image_and_slope(points: Array, intrinsics: Array) -> tuple[Array, Array]:
     """The same with the Jacobians by the points alone, (..., 2, 3)."""
     x, y, by = _flatten(points, intrinsics)
     uv, slope = _place(x, y, intrinsics)

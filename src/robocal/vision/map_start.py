@@ -16,7 +16,7 @@ import numpy as np
 from robocal._record import record
 from robocal._types import Array, Bools, Ints
 from robocal.geometry import se3
-from robocal.vision.camera import image_of, seen_from
+from robocal.vision.camera import image_and_slope, image_of
 
 __all__ = ["MapStart", "MarkerSights", "grow_map"]
 
@@ -195,7 +195,7 @@ class _Growth:
             t = self.view[s.view[use]] @ self.marker[s.marker[use]]
             lever = points @ np.swapaxes(t[:, :3, :3], 1, 2)
             with np.errstate(all="ignore"):
-                uv, by = seen_from(lever + t[:, None, :3, 3], self.lens)
+                uv, by = image_and_slope(lever + t[:, None, :3, 3], self.lens)
             left = (uv - corners) / extent
             size = np.sqrt(np.square(left).sum(axis=2).mean(axis=1))
             scale = max(3 * float(np.median(size)), WEAK)

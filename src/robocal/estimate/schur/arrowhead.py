@@ -63,7 +63,7 @@ class Arrowhead:
 def system_of(problem: Problem) -> System | Arrowhead:
     """How the normal equations of a problem are solved with fewest operations."""
     plain, second = (problem.n, problem.sizes, problem.pairs), problem.sizes[1][1]
-    groups = problem.apart if not second else NONE
+    groups = problem.independent if not second else NONE
     if not groups.size:
         return structure(*plain)
     family = problem.sizes[0]

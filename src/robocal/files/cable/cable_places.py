@@ -21,12 +21,12 @@ def name_paths(rows: Sequence[CableRow]) -> dict[str, str]:
     and the key path at which each is said."""
     out: dict[str, str] = {}
     for row in rows:
-        places = {"zero": (*row.at, "zero")} | {key: row.material(key)[1] for key in MATERIALS}
-        out |= {f"{row.name}.{what}": path_text(at) for what, at in places.items()}
         for segment in (run.segment for run in row.runs):
             ends = {letter: anchor.at for letter, (_, anchor) in zip("ab", segment.ends, strict=True)}
             ends |= {"pulley": (*segment.pulley_at, "radius"), "rail": (*segment.rail_at, "carriage")}
             out |= {f"{segment.name}.{what}": path_text(at) for what, at in ends.items()}
+        places = {"zero": (*row.at, "zero")} | {key: row.material(key)[1] for key in MATERIALS}
+        out |= {f"{row.name}.{what}": path_text(at) for what, at in places.items()}
     return out | {"mass": "platform.mass", "com": "platform.centre_of_mass", "inertia": "platform.inertia"}
 
 

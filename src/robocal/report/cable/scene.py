@@ -23,7 +23,7 @@ from robocal.report.cable.scene_rows import SceneRows, row_data, some_rows
 from robocal.report.cable.segment_robot import of_segments, segment_robot
 from robocal.report.cable.solids import courses, decimate, hull_loops, wheels
 from robocal.report.cable.surroundings import Surroundings, build_surroundings
-from robocal.report.cable.tension_colours import STATES, ColouredTensions, colour_tensions
+from robocal.report.cable.tension_colours import STATES, ColouredTensions, colour_tensions, of_each_cable
 from robocal.report.numbers import significant
 from robocal.report.svg import label, num, path
 
@@ -56,7 +56,7 @@ def scene(
     Numbers are in the unit of the ruler. Raises ModelError for shapes that do not fit.
     """
     of = robot.segments.cable[of_segments(robot)]
-    pull, robot = None if tension is None else np.asarray(tension, float)[of], segment_robot(robot)
+    pull, robot = None if tension is None else of_each_cable(robot, tension)[of], segment_robot(robot)
     if rows is not None and rows.tension is not None:
         rows = replace(rows, tension=rows.tension[:, of])
     at = np.asarray(pose, float)

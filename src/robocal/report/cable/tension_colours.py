@@ -17,7 +17,7 @@ from robocal.report.cable.drawing import bar, tint
 from robocal.report.numbers import significant
 from robocal.report.svg import AxisScale, label, num, tick_text
 
-__all__ = ["STATES", "ColouredTensions", "colour_tensions"]
+__all__ = ["STATES", "ColouredTensions", "colour_tensions", "of_each_cable"]
 
 WIDE = 20.0  # ratio of the limits from which the scale is logarithmic
 STATES = {"held": "", "slack": "slack", "over": "over limit", "none": "no tension"}
@@ -91,12 +91,18 @@ class ColouredTensions:
         return "".join(parts)
 
 
+def of_each_cable(robot: CableRobot, tension: ArrayLike) -> Array:
+    """The tensions (m,) N of the cables. Raises ModelError for another shape."""
+    values, m = np.asarray(tension, float), len(robot.cables)
+    if values.shape != (m,):
+        raise ModelError("tensions to be drawn", expected=f"one per cable, ({m},)", found=values.shape)
+    return values
+
+
 def colour_tensions(robot: CableRobot, tension: ArrayLike) -> ColouredTensions:
     """The scale of tension (m,) N reaches from the least limit to the greatest, or over the tensions where no limits are known.
     Raises ModelError for another shape."""
-    values, limits, m = np.asarray(tension, float), robot.limits, len(robot.cables)
-    if values.shape != (m,):
-        raise ModelError("tensions to be drawn", expected=f"one per cable, ({m},)", found=values.shape)
+    values, limits = of_each_cable(robot, tension), robot.limits
     known = values[np.isfinite(values)]
     ends = known if limits is None else limits[np.isfinite(limits)]
     if not len(ends):
