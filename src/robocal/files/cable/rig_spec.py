@@ -138,11 +138,11 @@ class PictureModel(FileModel):
 class DrivesModel(FileModel):
     """Winches: drum, gear, inertia at the motor, friction, and counts of the encoder per turn of the motor."""
 
-    drum_radius: Positive = 0.03
-    gear: Positive = 1.0
-    inertia_kg_m2: Positive = 2e-3
-    coulomb_N_m: NotNegative = 0.0
-    viscous_N_m_s: NotNegative = 0.01
+    drum_radius: Positive = 0.04
+    gear: Positive = 4.0
+    inertia_kg_m2: Positive = 3e-4
+    coulomb_N_m: NotNegative = 0.02
+    viscous_N_m_s: NotNegative = 1e-3
     counts_per_turn: Annotated[int, Field(ge=0, le=1 << 30)] = 16384
 
 

@@ -44,9 +44,9 @@ class RigRemarks:
         "at {pose} no tensions between {low:.3g} and {high:.3g} N hold the platform; the rig stopped before it moved there",
         "Choose poses nearer to the middle of the frame.",
     )
-    RIG_NOT_TAUT = Phrase(
-        "on the way to {pose} {cable} is no longer taut; the rig stopped",
-        "Choose poses nearer to the middle of the frame, or a larger preferred tension.",
+    RIG_STOPPED = Phrase(
+        "on the way to {pose} the controller stopped: {why}[ ({cable})]",
+        "Look at this cable and its drive; choose poses nearer to the middle of the frame.",
     )
     RIG_LIMITS_LEFT = Phrase(
         "the plant's tensions were {least:.3g} to {most:.3g} N, and the controller was to stay between {low:.3g} and {high:.3g} N",

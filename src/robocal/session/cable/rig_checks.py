@@ -15,13 +15,12 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.cable.rig_run import RigMotion, Stop
 from robocal.simulation.cable_rig.winch_test import examine_winches
-from robocal.simulation.platform.platform_plant import plant_of
-from robocal.simulation.platform.winch_plant import WinchPlant, Winches
 
 __all__ = ["check_rig", "remark_of_stop"]
 
 SLACK_SHARE = 0.25  # grid: of the least tension, below which a cable counts as slack
 SMALL = 0.1, np.radians(4.0)  # grid: m and rad of the motions about X_0, along each axis
+TRAIL = 12  # grid: readings of a motion that failed
 GROWTH = 0.25, 0.5, 1.0  # grid: of these motions, one round after the other
 CORNERS = tuple(
     (*place, *turn)
@@ -50,6 +49,12 @@ def check_rig(motion: RigMotion, rng: np.random.Generator) -> Remark | None:
             continue
         there = motion.go(target, "X_0")
         if isinstance(there, Stop):
+            # What sensors showed on the way says more the longer it moved, until a cable hung slack.
+            for row in np.unique(np.geomspace(5, 200, TRAIL).astype(int)):
+                if row < len(motion.trail):
+                    shown.append(motion.trail[row])
+                    if (found := _lengths(motion, np.array(shown), False)) is not None:
+                        return found
             return _lengths(motion, np.array(shown), True, CABLE_RIG_STOP) or remark_of_stop(there, motion)
         shown.append(there[0] + rng.normal(scale=said.cable.length_noise, size=len(names)))
         if (found := _lengths(motion, np.array(shown), share == GROWTH[-1])) is not None:
@@ -104,12 +109,8 @@ def _winches(motion: RigMotion, rng: np.random.Generator) -> Remark | None:
     """Each winch alone, and their tensions together."""
     world = motion.world
     said = world.spec.said
-    d, first = said.drives, motion.wiring.first.copy()
-    if said.wrong.slack is not None:
-        first[said.wrong.slack - 1] += said.wrong.slack_length
-    winches = Winches(d.drum_radius, d.inertia_kg_m2, d.gear, coulomb=d.coulomb_N_m, viscous=d.viscous_N_m_s)
-    plant = WinchPlant(plant_of(world.true, damping=said.cable.damping_N_s_m), winches, first)
-    found, tension = examine_winches(plant, motion.wiring, plant.still(motion.now), SLACK_SHARE * float(world.spec.limits[0]))
+    least = SLACK_SHARE * float(world.spec.limits[0])
+    found, tension = examine_winches(motion.plant, motion.wiring, motion.driven, least)
     if found is None:
         told = tension * (1 + rng.normal(scale=said.cable.tension_known_to, size=len(tension)))
         return _balance(motion, np.abs(told))
@@ -120,6 +121,6 @@ def _winches(motion: RigMotion, rng: np.random.Generator) -> Remark | None:
 def remark_of_stop(stop: Stop, motion: RigMotion) -> Remark:
     """Why a motion was not made, or ended."""
     low, high = motion.world.spec.limits
-    if stop.word == "infeasible":
+    if stop.word in ("infeasible", "no-tensions"):
         return Remark.of(Code.RIG_INFEASIBLE, pose=stop.at, low=float(low), high=float(high))
-    return Remark.of(Code.RIG_NOT_TAUT, pose=stop.at, cable=stop.cable)
+    return Remark.of(Code.RIG_STOPPED, pose=stop.at, why=stop.word, cable=stop.cable or None)

@@ -272,7 +272,7 @@ def _one(
         written += write_files(folder / "images", files)
     tell(watch, "identify")
     found = calibrate(folder, name, recording, command, o.seed, watch)
-    motion.believed = found.robot
+    motion.send(found.robot)
     own = np.random.default_rng(verification)
     made = motion.record_list(draw_poses(spec, found.robot, said.poses.verification, own), "v", rng)
     if isinstance(made, Stop):

@@ -1,8 +1,8 @@
 """One winch after another at power-up: its brake is released for a moment without torque, while all others stay braked.
 
 A taut cable pulls its drum round and the encoder counts that cable runs out. Where it counts that cable is wound in, the drive turns the
-other way; where nothing turns, the cable is slack. Of a cable under t the drum has gone d after the root of 2 d J / (t r^2), r being the
-radius at the motor: that is how long a brake is released, for the t below which a cable counts as slack.
+other way; where nothing turns, the cable is slack. Of a cable under t the drum has gone d after the root of 2 d J / ((t r - f) r), r being the
+radius at the motor and f its friction: that is how long a brake is released, for the t below which a cable counts as slack.
 """
 
 from __future__ import annotations
@@ -14,13 +14,14 @@ import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array
-from robocal.simulation.cable_rig.standstill import Wiring
+from robocal.errors import require
+from robocal.simulation.platform.rig_run import Wiring
 from robocal.simulation.platform.winch_plant import Driven, WinchPlant
 
 __all__ = ["WinchFinding", "examine_winches"]
 
 BRAKED = 1e9  # kg m2: a brake
-STEP, SETTLE = 1e-3, 1.0  # grid: s
+STEP = 1e-3  # grid: s
 NEAR = 1e-3  # m: so far a drum is let go; a cable of 3 m under 25 N is stretched by twice as much
 
 
@@ -41,27 +42,28 @@ def examine_winches(
     m = len(plant.first)
     size = np.broadcast_to(np.asarray(plant.winches.radius, float) / np.asarray(plant.winches.gear, float), m)
     inertia = np.broadcast_to(np.asarray(plant.winches.inertia, float), m)
-    now = _with_brakes(plant, None).run(start, np.zeros(m), SETTLE, STEP)
-    went = np.zeros(m)
-    for channel in range(m):
-        winch = int(np.argmax(np.abs(wiring.torque[:, channel])))
-        steps = math.ceil(math.sqrt(2 * NEAR * inertia[winch] / (least * size[winch] ** 2)) / STEP)
-        after, loose = now, _with_brakes(plant, winch)
+    friction = np.broadcast_to(np.asarray(plant.winches.coulomb, float), m)
+    scale, winch = (wiring.array(m)[:, i] for i in (0, 3))
+    order = winch.astype(int)
+    went, held = np.zeros(m), start.motion.tension[order]
+    for channel, which in enumerate(order.tolist()):
+        torque = least * size[which] - friction[which]
+        require(torque > 0, "friction holds a cable that counts as slack", key="coulomb", found=float(friction[which]))
+        steps = math.ceil(math.sqrt(2 * NEAR * inertia[which] / (torque * size[which])) / STEP)
+        after, loose = start, _with_brakes(plant, which)
         for _ in range(steps):
             after = loose.run(after, np.zeros(m), STEP, STEP)
-            went[channel] = (wiring.counts @ ((after.motors - now.motors)[:, 0] * size))[channel]
-            if abs(went[channel]) >= NEAR:
+            went[channel] = scale[channel] * (after.motors - start.motors)[which, 0] * size[which]
+            if abs(went[channel]) >= NEAR * abs(scale[channel]):
                 break
-        if went[channel] <= -NEAR:
-            return WinchFinding(channel, "reversed"), np.abs(wiring.torque).T @ now.motion.tension
-    slack = np.abs(went) < NEAR * np.abs(np.diag(np.abs(wiring.counts) @ np.abs(wiring.torque)))
-    found = WinchFinding(int(np.argmin(went)), "slack") if slack.any() else None
-    return found, np.abs(wiring.torque).T @ now.motion.tension
+        if went[channel] <= -NEAR * abs(scale[channel]):
+            return WinchFinding(channel, "reversed"), held
+    share = went / np.abs(scale)
+    return (WinchFinding(int(np.argmin(share)), "slack") if share.min() < NEAR else None), held
 
 
-def _with_brakes(plant: WinchPlant, loose: int | None) -> WinchPlant:
+def _with_brakes(plant: WinchPlant, loose: int) -> WinchPlant:
     """The same with brakes on all winches but one."""
     inertia = np.full(len(plant.first), BRAKED)
-    if loose is not None:
-        inertia[loose] = np.broadcast_to(np.asarray(plant.winches.inertia, float), inertia.shape)[loose]
+    inertia[loose] = np.broadcast_to(np.asarray(plant.winches.inertia, float), inertia.shape)[loose]
     return replace(plant, winches=replace(plant.winches, inertia=inertia))
