@@ -41,6 +41,7 @@ from robocal.vision.camera import unproject
 
 __all__ = ["CalibratedList", "Verification", "calibrate", "verify_list"]
 
+FOLDS, FOLDED = 5, 25  # grid: of a list everything is unseen once, where it has so many poses
 FEWEST = 4  # grid: corners that tell a pose of the camera
 
 
@@ -84,19 +85,29 @@ class Verification:
         whole = np.einsum("ki,kij,kj->k", e, np.linalg.inv(self.covariance), e)
         return float(np.sqrt(whole.mean() / 6))
 
-    def against_truth(self) -> tuple[PoseErrors, PoseErrors]:
-        """Errors of the robot as it stands, and relative to the first pose."""
-        return errors(self.robot, self.recording.true), relative(self.robot, self.recording.true)
+    def against_truth(self) -> tuple[PoseErrors, PoseErrors, PoseErrors]:
+        """Errors of the robot as it stands, relative to the first pose, and by how far it moved from there in base axes."""
+        true = self.recording.true
+        return errors(self.robot, true), relative(self.robot, true), errors(_moves(self.robot), _moves(true))
+
+
+def _moves(poses: Array) -> Array:
+    """Poses (k - 1, 4, 4) as motions from the first one: p_i - p_1 and R_i R_1^T, in base axes."""
+    turn = poses[1:, :3, :3] @ poses[0, :3, :3].T
+    return se3.compose(turn, poses[1:, :3, 3] - poses[0, :3, 3])
 
 
 def calibrate(folder: Path, name: str, recording: Recording, command: str, seed: int, watch: Watch | None) -> CalibratedList:
     """Identifies from the files of a folder, and writes the run into it. Raises InputError."""
     started, clock = datetime.datetime.now(datetime.UTC), time.perf_counter()
     inputs = read_inputs(folder / "robot.yaml", [folder / "lengths.yaml", folder / "pixels.yaml"], watch=watch)
-    found = identify(inputs.opened.machine, inputs.data, Options(leave_one_out=False, seed=seed), watch)
+    many = len(recording.ids) >= FOLDED
+    options = Options(folds=FOLDS, leave_one_out=False, seed=seed) if many else Options(seed=seed)
+    found = identify(inputs.opened.machine, inputs.data, options, watch)
     recipe = to_display(
         Provenance, provenance_of(command, inputs.files), seed=seed, started=started.isoformat(timespec="seconds"),
-        seconds=round(time.perf_counter() - clock, 3), options={"leave_one_out": False}, left_out=[],
+        seconds=round(time.perf_counter() - clock, 3), left_out=[],
+        options={"folds": FOLDS, "leave_one_out": False} if many else {},
     )  # fmt: skip
     result = to_result(found, inputs.opened, recipe, inputs.warnings)
     made = save(IdentifyOutcome(result, residual_columns(found), found, inputs.opened), folder / "run")

@@ -141,7 +141,7 @@ class Commissioned(VerbResult):
                 done.name, 1e3 * v.residual, *_two(1e3 * whole), *_two(1e3 * first.position), *_two(np.degrees(turned)),
                 *_two(np.degrees(first.orientation)), *_two(1e3 * camera.position), *_two(np.degrees(camera.orientation)),
                 *_two(1e3 * between.position), *_two(np.degrees(between.orientation)), v.normalised,
-                1e3 * float(truth[1].position.mean()), float(np.degrees(truth[1].orientation.mean())), done.found.outcome.result.verdict.status,
+                *(f for e in truth[1:] for f in (1e3 * float(e.position.mean()), float(np.degrees(e.orientation.mean())))), done.found.outcome.result.verdict.status,
             ))  # fmt: skip
         return Listing(tuple(
             Column(n, u, [r[i] for r in rows], digits=6, figures=3 if u else None) for i, (n, u) in enumerate(COLUMNS)
@@ -196,7 +196,8 @@ COLUMNS = (
         ("position", "marker", "mm"), ("position", "first", "mm"), ("orientation", "marker", "deg"), ("orientation", "first", "deg"),
         ("camera", "position", "mm"), ("camera", "orientation", "deg"), ("between", "position", "mm"), ("between", "orientation", "deg"),
     ) for end in ("", "_sd")),
-    ("normalised", ""), ("true_position_first", "mm"), ("true_orientation_first", "deg"), ("verdict", ""),
+    ("normalised", ""), ("true_position_first", "mm"), ("true_orientation_first", "deg"), ("true_position_move", "mm"),
+    ("true_orientation_move", "deg"), ("verdict", ""),
 )  # fmt: skip
 
 
