@@ -42,7 +42,7 @@ class RigRemarks:
     )
     RIG_INFEASIBLE = Phrase(
         "at {pose} no tensions between {low:.3g} and {high:.3g} N hold the platform; the rig stopped before it moved there",
-        "Choose poses nearer to the middle of the frame.",
+        "Choose poses nearer to the middle of the frame, or wider limits.",
     )
     RIG_STOPPED = Phrase(
         "on the way to {pose} the controller stopped: {why}[ ({cable})]",
@@ -53,5 +53,5 @@ class RigRemarks:
         "Measure the anchors better, or keep more distance from the limits.",
     )
     RIG_NOT_IMPROVED = Phrase(
-        "the calibration of list {name} is not trusted: it is {verdict}", "Look into report.html of its run for the reasons."
+        "the calibration of list {name} is not trusted: it is {verdict}; report.html of its run has the reasons"
     )

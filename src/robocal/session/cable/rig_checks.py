@@ -20,7 +20,7 @@ __all__ = ["check_rig", "remark_of_stop"]
 
 SLACK_SHARE = 0.25  # grid: of the least tension, below which a cable counts as slack
 SMALL = 0.1, np.radians(4.0)  # grid: m and rad of the motions about X_0, along each axis
-TRAIL = 12  # grid: readings of a motion that failed
+TRAIL = 10, 20, 30  # grid: rows of a motion that failed at once
 GROWTH = 0.25, 0.5, 1.0  # grid: of these motions, one round after the other
 CORNERS = tuple(
     (*place, *turn)
@@ -39,6 +39,8 @@ def check_rig(motion: RigMotion, rng: np.random.Generator) -> Remark | None:
     drives = said.wrong.cables or len(names)
     if drives != len(names):
         return Remark.of(Code.RIG_DRIVES, drives=drives, cables=len(names))
+    if not motion.allows(motion.ahead(motion.home)):
+        return remark_of_stop(Stop("infeasible", "X_0"), motion)
     if (found := _winches(motion, rng)) is not None:
         return found
     shown: list[Array] = []
@@ -49,12 +51,9 @@ def check_rig(motion: RigMotion, rng: np.random.Generator) -> Remark | None:
             continue
         there = motion.go(target, "X_0")
         if isinstance(there, Stop):
-            # What sensors showed on the way says more the longer it moved, until a cable hung slack.
-            for row in np.unique(np.geomspace(5, 200, TRAIL).astype(int)):
-                if row < len(motion.trail):
-                    shown.append(motion.trail[row])
-                    if (found := _lengths(motion, np.array(shown), False)) is not None:
-                        return found
+            # Where nothing was known at rest, the first moments of the way tell: later a cable may hang slack.
+            if not shown:
+                shown += [motion.trail[row] for row in TRAIL if row < len(motion.trail)]
             return _lengths(motion, np.array(shown), True, CABLE_RIG_STOP) or remark_of_stop(there, motion)
         shown.append(there[0] + rng.normal(scale=said.cable.length_noise, size=len(names)))
         if (found := _lengths(motion, np.array(shown), share == GROWTH[-1])) is not None:
@@ -81,7 +80,7 @@ def _lengths(motion: RigMotion, shown: Array, last: bool, least: float = CABLE_R
     best, second, *_ = explain(robot, known, motion.home, shown, np.zeros(shown.shape[1]))
     if not last and second.chance >= CABLE_RIG_CHANCE:
         return None
-    if best.chance < CABLE_RIG_CHANCE:
+    if best.chance < CABLE_RIG_STOP:
         return Remark.of(Code.RIG_LENGTHS_DISAGREE, chance=chance) if last else None
     cables = tuple(robot.cables[i] for i in best.cables)
     alike = second.chance >= CABLE_RIG_CHANCE and len(second.cables) == len(cables)

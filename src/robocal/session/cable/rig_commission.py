@@ -263,7 +263,10 @@ def _one(
     """A list from its first motion to its verification, or why it ended."""
     spec, said = world.spec, world.spec.said
     rough = motion.believed
-    recording = motion.record_list(draw_poses(spec, rough, said.poses.calibration, rng), "p", rng)
+    poses = draw_poses(spec, rough, said.poses.calibration, rng)
+    if len(poses) < said.poses.calibration:
+        return remark_of_stop(Stop("infeasible", f"most poses of list {name}"), motion)
+    recording = motion.record_list(poses, "p", rng)
     if isinstance(recording, Stop):
         return remark_of_stop(recording, motion)
     folder = Path(o.output) / name

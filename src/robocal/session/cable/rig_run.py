@@ -26,7 +26,7 @@ from robocal.simulation.platform.winch_plant import Driven, Winches, WinchPlant
 
 __all__ = ["RigMotion", "Stop", "power_up"]
 
-LONGEST = 60.0  # s that a motion may take
+LONGEST = 20.0  # s that a motion may take
 SETTLE = 0.3  # s that the platform stands before anything is recorded
 EVERY = 10  # periods per row of the log
 

@@ -117,17 +117,17 @@ def robot_text(world: RigWorld, zeros: Array) -> str:
     if world.beacons:
         held = gauge_of(spec.frame)
         each = [(f"{n}.a{s}", held[i, k], belief.sigma[i, k]) for i, n in enumerate(names) for k, s in enumerate("xyz")]
-        fixed = f", fixed: [{', '.join(n for n, stays, _ in each if stays)}]"
+        free = ", ".join(["l0", *(n for n, stays, _ in each if not stays)])
         prior = ", ".join(f"{n}: {v:.4g}" for n, stays, v in each if not stays)
     else:
-        fixed, prior = "", ", ".join(f"a{s}: {belief.sigma[0, k]:.4g}" for k, s in enumerate("xyz"))
+        free, prior = "ax, ay, az, l0", ", ".join(f"a{s}: {belief.sigma[0, k]:.4g}" for k, s in enumerate("xyz"))
     low, high = spec.limits
     return (
         f"robocal: 1\nname: {quote(said.name)}\nkind: cable\nunits: {{length: m, angle: deg, force: N, mass: kg}}\n"
         f"frame_anchors:\n{points('A', belief.anchors)}\nplatform_anchors:\n{points('B', spec.platform)}\ncables:\n{cables}\n"
         f"every_cable: {{tension: [{low:g}, {high:g}], elasticity: {said.cable.elongation_per_N!r}}}\n"
         f"platform: {{mass: {said.weight_N / G:.6f}, centre_of_mass: [0, 0, 0]}}\n"
-        f"calibrate: {{free: [ax, ay, az, l0]{fixed}, prior: {{{prior}}}}}\nsource: {quote(f'simulated; anchors from {how}')}\n"
+        f"calibrate: {{free: [{free}], prior: {{{prior}}}}}\nsource: {quote(f'simulated; anchors from {how}')}\n"
     )
 
 
