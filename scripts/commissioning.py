@@ -34,7 +34,7 @@ from robocal.cables.forward import forward
 from robocal.files.cable.rig_spec import read_cable_rig
 
 sys.path.insert(0, str(Path(__file__).parent))
-import thesis_rig  # noqa: E402
+import thesis_rig
 
 CASES = {"tape": {}, "beacons": {"anchors": "beacons"}, "images": {"images": True}}
 WRONG = 0.015  # of k1
@@ -62,7 +62,12 @@ def one(given, case: str, seed: int) -> dict:
         YAML(typ="safe").dump(said, file)
     began = time.process_time()
     made = rc.cable.rig(rig, output=folder, seed=seed, force=True, poses=given.poses, **CASES[case]).result
-    row: dict = {"case": case, "seed": seed, "said": [str(r) for r in made.remarks], "cpu s": time.process_time() - began}
+    row: dict = {
+        "case": case,
+        "seed": seed,
+        "said": [str(r) for r in made.remarks],
+        "cpu s": time.process_time() - began,
+    }
     if not made.done:
         return row | {"failed": "; ".join(row["said"])}
     done, spec = made.done[0], read_cable_rig(rig)
@@ -99,7 +104,11 @@ def two_stages(made, done, said: dict, folder: Path) -> dict:
     write(folder / "lengths.csv", ["id", *(f"{n} [m]" for n in names), *pulls], rows)
     rows = [[f"v{i}", *(f"{v:.6f}" for v in (*verified.shown[i], *verified.told[i]))] for i in range(len(verified.ids))]
     write(folder / "verify.csv", ["id", *(f"{n} [m]" for n in names), *(f"{n}.tension [N]" for n in names)], rows)
-    rows = [[f"p{p}", f"m{m}", k, f"{u:.4f}", f"{v:.4f}"] for p, m, uv in recording.corners for k, (u, v) in enumerate(uv.tolist())]
+    rows = [
+        [f"p{p}", f"m{m}", k, f"{u:.4f}", f"{v:.4f}"]
+        for p, m, uv in recording.corners
+        for k, (u, v) in enumerate(uv.tolist())
+    ]
     write(folder / "pixels.csv", ["id", "marker", "corner", "u", "v"], rows)
     for name in ("robot.yaml", "lengths.yaml"):
         shutil.copy(folder.parent / "A" / name, folder / name)
@@ -112,7 +121,11 @@ def two_stages(made, done, said: dict, folder: Path) -> dict:
         found = thesis_rig.two_stages(said, rig, folder, camera)
     except Exception as failure:
         return {"two stages failed": f"{type(failure).__name__}: {failure}"[:200]}
-    return {f"two stages {word} {key}": found[word][key] for word in ("staged", "staged free") for key in ("first mm", "marker 0 mm")}
+    return {
+        f"two stages {word} {key}": found[word][key]
+        for word in ("staged", "staged free")
+        for key in ("first mm", "marker 0 mm")
+    }
 
 
 def write(path: Path, head: list, rows: list) -> None:
@@ -135,10 +148,14 @@ def pool(folder: Path) -> None:
         if not some:
             continue
         start = np.median([r["start mm"] for r in some])
-        print(f"{case}: {len(some)} of {len(every)} seeds, anchors wrong by {start:.0f} mm (median), the thesis {THESIS} mm")
+        print(
+            f"{case}: {len(some)} of {len(every)} seeds, anchors wrong by {start:.0f} mm (median), the thesis {THESIS} mm"
+        )
         for what, key, how, least, most in ASKED:
             values = np.array([r[key] for r in some])
-            got = {"rms": lambda v: np.sqrt((v**2).mean()), "median": np.median, "min": np.min, "max": np.max}[how](values)
+            got = {"rms": lambda v: np.sqrt((v**2).mean()), "median": np.median, "min": np.min, "max": np.max}[how](
+                values
+            )
             if most is None:
                 low, high = some[0]["limits N"]
                 good, asked = low <= got <= high, f"{low:g} to {high:g}"
@@ -160,7 +177,9 @@ def main() -> None:
     words.add_argument("rig", type=Path, nargs="?")
     words.add_argument("folder", type=Path, nargs="?")
     words.add_argument("--case", default="tape", choices=CASES)
-    words.add_argument("--seeds", type=thesis_rig.seeds_of, default=thesis_rig.seeds_of("0-19"), help="0-19, or 0,3,5-8")
+    words.add_argument(
+        "--seeds", type=thesis_rig.seeds_of, default=thesis_rig.seeds_of("0-19"), help="0-19, or 0,3,5-8"
+    )
     words.add_argument("--poses", type=int, help="calibration poses, in place of those of the file")
     words.add_argument("--no-two-stages", action="store_true", help="leave out the way of the thesis")
     words.add_argument("--pool", type=Path, help="compute nothing: tell what was asked and measured")

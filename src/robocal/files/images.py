@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robocal._types import Array
 from robocal.errors import MissingExtra, ModelError, one_of
@@ -59,7 +60,7 @@ def family_cells(family: str, ids: Iterable[int], border: int = 1) -> Array:
     return np.array(made, dtype=float).reshape(len(wanted), side, side) / 255.0
 
 
-def encode_png(grey: Array) -> bytes:
+def encode_png(grey: Array | NDArray[np.uint8]) -> bytes:
     """An image (h, w) of grey levels as a PNG file. Raises MissingExtra."""
     _, made = opencv().imencode(".png", np.asarray(grey, np.uint8))
     return bytes(made)

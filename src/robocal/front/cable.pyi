@@ -11,9 +11,9 @@ from robocal.front.verb_result import Found
 from robocal.session.cable.drift import Drifts as _drift_Drifts
 from robocal.session.cable.pose_list_result import Listed as _poses_Listed
 from robocal.session.cable.power_up_zeros import Rezeroed as _rezero_Rezeroed
-from robocal.session.cable.rig_commission import Commissioned as _rig_Commissioned
 from robocal.session.cable.straightness_result import Straightness as _straightness_Straightness
 from robocal.session.cable.workspace_result import Workspace as _workspace_Workspace
+from robocal.session.commissioning.rig_commission import Commissioned as _rig_Commissioned
 from robocal.verbs.cable.contact.result import Motions as _contact_Motions
 from robocal.verbs.cable.forward.result import Poses as _forward_Poses
 from robocal.verbs.cable.require.result import Required as _require_Required

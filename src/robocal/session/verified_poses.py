@@ -42,7 +42,16 @@ from robocal.remarks.remark import Quantity, Remark
 from robocal.session.measured_points import poses_of_points
 from robocal.session.verb_base import VerbResult
 
-__all__ = ["VIEWS", "AnovaResult", "PoseSource", "Verified", "spreads_of", "summarise_groups", "verify_sources", "views_of"]
+__all__ = [
+    "VIEWS",
+    "AnovaResult",
+    "PoseSource",
+    "Verified",
+    "spreads_of",
+    "summarise_groups",
+    "verify_sources",
+    "views_of",
+]
 
 VIEWS = ("as measured", "relative to the first", "aligned", "aligned, another point")
 FARTHEST = 1e5  # m

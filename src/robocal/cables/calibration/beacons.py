@@ -45,7 +45,7 @@ def into_gauge(anchors: Array, sketch: Array) -> Array:
         x = points[1] - points[0]
         z = np.cross(x, points[2] - points[0])
         x, z = x / np.linalg.norm(x), z / np.linalg.norm(z)
-        return points[0] + np.stack([np.zeros(3), x, np.cross(z, x), z])
+        return np.asarray(points[0] + np.stack([np.zeros(3), x, np.cross(z, x), z]))
 
     return fits.rigid(frame(anchors), frame(sketch))
 

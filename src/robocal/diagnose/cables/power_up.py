@@ -31,8 +31,8 @@ GAINS = (0.5, 2.0)  # of what an encoder may count: half, or twice
 
 @record(eq=False)
 class RoughKnowledge:
-    """What a controller knows before any calibration: sigma (m, 3) of the frame anchors in m, of the pose at power-up (6,) in m and rad, and of
-    a length in m."""
+    """What a controller knows before any calibration: sigma (m, 3) of the frame anchors in m, of the pose at power-up (6,) in m and
+    rad, and of a length in m."""
 
     anchors: Array
     start: Array
@@ -119,9 +119,7 @@ def balance_chance(
     return _chance(w @ tension + load, _spread(robot, known, home, w, tension, known_to))
 
 
-def explain_balance(
-    robot: CableRobot, known: RoughKnowledge, home: Array, tension: Array, known_to: float
-) -> Balance:
+def explain_balance(robot: CableRobot, known: RoughKnowledge, home: Array, tension: Array, known_to: float) -> Balance:
     """Of another weight, or two cables whose drives were exchanged, what makes tensions (m,) hold the platform best."""
     w = structure_of(robot, home[None])[0]
     load = gravity_wrench(home[None], float(robot.need("mass")), robot.com)[0]
@@ -138,9 +136,7 @@ def explain_balance(
     return best
 
 
-def _spread(
-    robot: CableRobot, known: RoughKnowledge, home: Array, w: Array, tension: Array, known_to: float
-) -> Array:
+def _spread(robot: CableRobot, known: RoughKnowledge, home: Array, w: Array, tension: Array, known_to: float) -> Array:
     """Covariance (6, 6) of the force and moment that tensions leave."""
     levers = robot.b @ home[:3, :3].T
     way = robot.a - home[:3, 3] - levers

@@ -269,7 +269,9 @@ def _wrongs(said: CableRigModel, document: YamlDocument, m: int) -> None:
             good = cable is None or cable <= m
             document.insist(good, "no such cable", ("wrong", key), found=cable, expected=f"1 to {m}")
     pair = said.wrong.swapped
-    document.insist(pair is None or pair[0] != pair[1], "one cable twice", ("wrong", "swapped"), found=pair, expected="two cables")
+    document.insist(
+        pair is None or pair[0] != pair[1], "one cable twice", ("wrong", "swapped"), found=pair, expected="two cables"
+    )
 
 
 def _drawn(

@@ -27,8 +27,8 @@ class RigRemarks:
         "Exchange the connections of these two drives.",
     )
     RIG_ENCODER = Phrase(
-        "the lengths fit together as if the encoder of {cable} counted {gain:.3g} times what it should[, or that of {also} {times:.3g} times]; "
-        "the rig stopped",
+        "the lengths fit together as if the encoder of {cable} counted {gain:.3g} times what it should[, or that of {also} {times:.3g} "
+        "times]; the rig stopped",
         "Correct the counts per turn of this encoder.",
     )
     RIG_LENGTHS_DISAGREE = Phrase(

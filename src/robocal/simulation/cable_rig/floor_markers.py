@@ -11,7 +11,7 @@ from robocal._types import Array
 from robocal.geometry import se3, so3
 from robocal.vision.camera import project
 
-__all__ = ["Floor", "Sight", "MarkerView", "corners_of", "draw_markers", "sightings"]
+__all__ = ["Floor", "MarkerView", "Sight", "corners_of", "draw_markers", "sightings"]
 
 
 @record
@@ -45,9 +45,7 @@ class MarkerView:
 
 def draw_markers(floor: Floor, rng: np.random.Generator) -> Array:
     """T_base_marker (M, 4, 4); marker 0 is the one in the middle."""
-    place = [
-        (np.arange(k) + 0.5) / k * size - size / 2 for k, size in zip(floor.grid, floor.size, strict=True)
-    ]
+    place = [(np.arange(k) + 0.5) / k * size - size / 2 for k, size in zip(floor.grid, floor.size, strict=True)]
     xy = np.stack(np.meshgrid(*place, indexing="ij"), axis=-1).reshape(-1, 2)
     count = len(xy)
     tilt = np.column_stack([rng.normal(scale=floor.tilt, size=(count, 2)), np.zeros(count)])

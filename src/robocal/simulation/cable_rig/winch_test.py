@@ -1,8 +1,9 @@
 """One winch after another at power-up: its brake is released for a moment without torque, while all others stay braked.
 
-A taut cable pulls its drum round and the encoder counts that cable runs out. Where it counts that cable is wound in, the drive turns the
-other way; where nothing turns, the cable is slack. Of a cable under t the drum has gone d after the root of 2 d J / ((t r - f) r), r being the
-radius at the motor and f its friction: that is how long a brake is released, for the t below which a cable counts as slack.
+A taut cable pulls its drum round and the encoder counts that cable runs out. Where it counts that cable is wound in, the drive turns
+the other way; where nothing turns, the cable is slack. Of a cable under t the drum has gone d after the root
+of 2 d J / ((t r - f) r), with r the radius at the motor and f its friction. That is how long a brake is released, for the t below which a
+cable counts as slack.
 """
 
 from __future__ import annotations

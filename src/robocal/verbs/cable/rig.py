@@ -13,7 +13,7 @@ from robocal.verbs.option import Arg, BaseOptions, option
 from robocal.verbs.outcome import Outcome, Watch, run_verb
 
 if TYPE_CHECKING:
-    from robocal.session.cable.rig_commission import Commissioned
+    from robocal.session.commissioning.rig_commission import Commissioned
 
 __all__ = ["Options", "details", "run", "sections"]
 
@@ -38,19 +38,29 @@ class Options(BaseOptions):
 
     spec: Annotated[Path, SPEC]
     output: Path = option(..., "Folder for the files of the rig, a folder for each list, and a page", "DIR", short="-o")
-    poses: int | None = option(None, "Calibration poses of a list", "N", short="-n", least=4, most=10_000, otherwise="as the file says")
-    lists: int | None = option(None, "Lists of poses, each calibrated by itself", "N", least=1, most=26, otherwise="as the file says")
-    anchors: str | None = option(
-        None, "How the builder knows the anchors: tape or beacons", "HOW", choices=("tape", "beacons"), otherwise="as the file says"
+    poses: int | None = option(
+        None, "Calibration poses of a list", "N", short="-n", least=4, most=10_000, otherwise="as the file says"
     )
-    images: bool = option(False, "Draw the images of the camera, and look for corners in them; otherwise corners are projected")
+    lists: int | None = option(
+        None, "Lists of poses, each calibrated by itself", "N", least=1, most=26, otherwise="as the file says"
+    )
+    anchors: str | None = option(
+        None,
+        "How the builder knows the anchors: tape or beacons",
+        "HOW",
+        choices=("tape", "beacons"),
+        otherwise="as the file says",
+    )
+    images: bool = option(
+        False, "Draw the images of the camera, and look for corners in them; otherwise corners are projected"
+    )
     seed: w.Seed = 0
     force: w.Force = False
 
 
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Commissioned]:
     """Moves, records, calibrates and verifies; a folder gets everything. Raises InputError."""
-    from robocal.session.cable.rig_commission import commission
+    from robocal.session.commissioning.rig_commission import commission
 
     return run_verb(o, FILES, lambda: commission(o, watch, command), sections, details)
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from robocal._record import record, replace
-from robocal._types import Array
+from robocal._types import Array, Bools
 from robocal.apply.verification import errors, relative
 from robocal.files.cable.rig_spec import CableRigSpec, read_cable_rig
 from robocal.files.cable.write import describe_cable
@@ -24,12 +24,12 @@ from robocal.progress import Watch, tell
 from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
-from robocal.session.cable.rig_calibration import CalibratedList, Verification, calibrate, verify_list
-from robocal.session.cable.rig_checks import check_rig, remark_of_stop
-from robocal.session.cable.rig_files import LABEL, Recording, lengths_files, pixels_files, poses_file
-from robocal.session.cable.rig_images import THROUGH
-from robocal.session.cable.rig_run import RigMotion, Stop, power_up
-from robocal.session.cable.rig_world import RigWorld, draw_poses, draw_world, robot_text
+from robocal.session.commissioning.rig_calibration import CalibratedList, Verification, calibrate, verify_list
+from robocal.session.commissioning.rig_checks import check_rig, remark_of_stop
+from robocal.session.commissioning.rig_files import LABEL, Recording, lengths_files, pixels_files, poses_file
+from robocal.session.commissioning.rig_images import THROUGH
+from robocal.session.commissioning.rig_motion import RigMotion, Stop, power_up
+from robocal.session.commissioning.rig_world import RigWorld, draw_poses, draw_world, robot_text
 from robocal.session.verb_base import VerbResult
 from robocal.session.verified_poses import VIEWS, PoseSource, Verified, spreads_of, views_of
 
@@ -41,8 +41,8 @@ SOURCES = ("robot", "camera")
 
 @record(kw_only=True)
 class RigDocument(Document):
-    """rig.json: what was simulated, of every list the errors of its verification, and the tensions of the plant (N). `normalised` is the rms
-    of the errors against the truth by the covariance that the run states; `pose` are those of each verification pose."""
+    """rig.json: what was simulated, of every list the errors of its verification, and tensions of the plant (N). `normalised` is the rms of
+    errors against the truth by the covariance that the run states; `poses` are those of each verification pose."""
 
     robot: str
     simulated: bool = True
@@ -104,11 +104,13 @@ class Commissioned(VerbResult):
         """The verification poses of all lists, as `verify` has them."""
         if not self.done:
             return None
-        ids, parts, labels = [], {s: [] for s in ("reference", *SOURCES)}, []
+        ids: list[str] = []
+        labels: list[str] = []
+        parts: dict[str, list[Array]] = {s: [] for s in ("reference", *SOURCES)}
         each: dict[str, dict[str, Views]] = {}
         for done in self.done:
             v = done.verified
-            good = np.isfinite(v.camera).all(axis=(1, 2))
+            good = _whole(v.camera)
             reference = v.recording.reference[good]
             mine = {"robot": v.robot[good], "camera": v.camera[good]}
             ids += [f"{done.name}-{n}" for n, g in zip(v.recording.ids, good.tolist(), strict=True) if g]
@@ -117,7 +119,9 @@ class Commissioned(VerbResult):
             each[done.name] = {}
             for source, poses in mine.items():
                 parts[source].append(poses)
-                each[done.name][source] = spreads_of({VIEWS[0]: errors(poses, reference), VIEWS[1]: relative(poses, reference)})
+                each[done.name][source] = spreads_of(
+                    {VIEWS[0]: errors(poses, reference), VIEWS[1]: relative(poses, reference)}
+                )
         sources = {n: PoseSource(n, tuple(ids), np.concatenate(p), tuple(labels)) for n, p in parts.items()}
         views, motions = zip(*(views_of(sources[n].poses, sources["reference"].poses) for n in SOURCES), strict=True)
         return RigVerified(
@@ -131,7 +135,7 @@ class Commissioned(VerbResult):
         rows = []
         for done in self.done:
             v = done.verified
-            good, reference = np.isfinite(v.camera).all(axis=(1, 2)), v.recording.reference
+            good, reference = _whole(v.camera), v.recording.reference
             whole = np.array([*errors(v.robot, reference).position])
             first = relative(v.robot, reference)
             turned = errors(v.robot, reference).orientation
@@ -141,10 +145,11 @@ class Commissioned(VerbResult):
                 done.name, 1e3 * v.residual, *_two(1e3 * whole), *_two(1e3 * first.position), *_two(np.degrees(turned)),
                 *_two(np.degrees(first.orientation)), *_two(1e3 * camera.position), *_two(np.degrees(camera.orientation)),
                 *_two(1e3 * between.position), *_two(np.degrees(between.orientation)), v.normalised,
-                *(f for e in truth[1:] for f in (1e3 * float(e.position.mean()), float(np.degrees(e.orientation.mean())))), done.found.outcome.result.verdict.status,
+                *(f for e in truth[1:] for f in (1e3 * float(e.position.mean()), float(np.degrees(e.orientation.mean())))),
+                done.found.outcome.result.verdict.status,
             ))  # fmt: skip
         return Listing(tuple(
-            Column(n, u, [r[i] for r in rows], digits=6, figures=3 if u else None) for i, (n, u) in enumerate(COLUMNS)
+            Column(n, u, [r[i] for r in rows], digits=6, figures=3 if u else 0) for i, (n, u) in enumerate(COLUMNS)
         ))  # fmt: skip
 
     @property
@@ -180,7 +185,11 @@ class Commissioned(VerbResult):
     def head(self) -> dict[str, Any]:
         """What stands at the head of its page."""
         n = self.spec.said.poses.calibration
-        return {"title": f"Commissioning of {self.spec.name}", "kind": "Simulation", "facts": (("Poses", f"{n} a list"),)}
+        return {
+            "title": f"Commissioning of {self.spec.name}",
+            "kind": "Simulation",
+            "facts": (("Poses", f"{n} a list"),),
+        }
 
     def texts(self) -> Mapping[str, str | bytes]:
         """The document, the truth, and the errors of the verification."""
@@ -199,6 +208,11 @@ COLUMNS = (
     ("normalised", ""), ("true_position_first", "mm"), ("true_orientation_first", "deg"), ("true_position_move", "mm"),
     ("true_orientation_move", "deg"), ("verdict", ""),
 )  # fmt: skip
+
+
+def _whole(poses: Array) -> Bools:
+    """Which poses (k, 4, 4) are numbers."""
+    return np.asarray(np.isfinite(poses).all(axis=(1, 2)))
 
 
 def _two(values: Array) -> tuple[float, float]:
@@ -314,7 +328,7 @@ def _ranges(world: RigWorld) -> Listing:
 
 def verification_files(world: RigWorld, made: Recording, verified: Verification) -> Mapping[str, str]:
     """The verification poses: lengths as recorded, and poses of robot, camera and instrument as `verify` reads them."""
-    ids, good = made.ids, np.isfinite(verified.camera).all(axis=(1, 2))
+    ids, good = made.ids, _whole(verified.camera)
     seen = tuple(n for n, g in zip(ids, good.tolist(), strict=True) if g)
     lengths = {k: v for k, v in lengths_files(world, made, "verify-lengths").items() if k.endswith(".csv")}
     return {
@@ -329,7 +343,11 @@ def _said(spec: CableRigSpec, done: Sequence[RigList]) -> tuple[tuple[Remark, ..
         return (), ()
     low, high = spec.said.tensions.pose_kept_if_within_N
     least, most = min(d.tension[0] for d in done), max(d.tension[1] for d in done)
-    warnings = [Remark.of(Code.RIG_LIMITS_LEFT, least=least, most=most, low=low, high=high)] if least < low or most > high else []
+    warnings = (
+        [Remark.of(Code.RIG_LIMITS_LEFT, least=least, most=most, low=low, high=high)]
+        if least < low or most > high
+        else []
+    )
     reasons = [
         Remark.of(Code.RIG_NOT_IMPROVED, name=d.name, verdict=d.found.outcome.result.verdict.status)
         for d in done

@@ -14,7 +14,7 @@ from robocal.files.images import family_cells
 from robocal.files.text import InputFile
 from robocal.geometry import se3
 from robocal.progress import Watch, tell
-from robocal.session.cable.rig_world import RigWorld
+from robocal.session.commissioning.rig_world import RigWorld
 from robocal.session.vision.target import Target
 from robocal.simulation.images import Photograph, render, texture
 from robocal.vision.sheets import Marker, Sheet
@@ -45,8 +45,10 @@ def photograph(
         grey = render(near, world.lens, size, how, texture(size, int(rng.integers(1 << 30))), rng)
         images.append(grey)
         file = InputFile(Path(f"{view}.png"), "")
-        found, _, _ = target.search(GreyImage(str(view), file, grey, grey.astype(float)))
-        corners += [(view, int(s.marker), s.place) for s in found if len(s.corner) == 4 and s.marker < len(world.markers)]
+        found, _, _ = target.search(GreyImage(str(view), file, np.asarray(grey), grey.astype(float)))
+        corners += [
+            (view, int(s.marker), s.place) for s in found if len(s.corner) == 4 and s.marker < len(world.markers)
+        ]
     return tuple(corners), tuple(images)
 
 

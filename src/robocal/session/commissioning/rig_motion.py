@@ -17,8 +17,8 @@ from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.geometry import se3
 from robocal.progress import Watch
-from robocal.session.cable.rig_files import Corners, Recording
-from robocal.session.cable.rig_world import RigWorld, closed_tension, lengths_at, read_robot, start_of
+from robocal.session.commissioning.rig_files import Corners, Recording
+from robocal.session.commissioning.rig_world import RigWorld, closed_tension, lengths_at, read_robot, start_of
 from robocal.simulation.cable_rig.floor_markers import sightings
 from robocal.simulation.platform.platform_plant import plant_of
 from robocal.simulation.platform.rig_run import Wiring, follow
@@ -44,10 +44,13 @@ class RigMotion:
     """The rig under power: where it is, what its controller believes, and what the plant has seen of tensions.
 
     `believed` is the robot of the running controller, `home` (4, 4) its X_0. `least` and `most` are the tensions (N) of the plant, `moved`
-    how many motions were made in how many `seconds` of the plant; `trail` (n, m) is what sensors showed during the last. `draws`: whether images are drawn, and corners looked for in them.
+    how many motions were made in how many `seconds` of the plant; `trail` (n, m) is what sensors showed during the last. `draws`: whether
+    images are drawn, and corners looked for in them.
     """
 
-    def __init__(self, world: RigWorld, plant: WinchPlant, wiring: Wiring, believed: CableRobot, driven: Driven) -> None:
+    def __init__(
+        self, world: RigWorld, plant: WinchPlant, wiring: Wiring, believed: CableRobot, driven: Driven
+    ) -> None:
         self.world, self.plant, self.wiring, self.believed = world, plant, wiring, believed
         self.home, self.driven = believed.home, driven
         self.first = wiring.readings(driven)
@@ -60,7 +63,7 @@ class RigMotion:
     @property
     def now(self) -> Array:
         """Where the platform truly is (4, 4)."""
-        return self.driven.motion.pose
+        return np.asarray(self.driven.motion.pose)
 
     @property
     def shown(self) -> Array:
@@ -133,16 +136,16 @@ class RigMotion:
             rng.normal(scale=r.position_sigma, size=(k, 3)), rng.normal(scale=np.radians(r.angle_sigma), size=(k, 3))
         ])  # fmt: skip
         clock = r.clock_offset_s + (1 + r.clock_drift) * time
-        return Recording(
-            ids, poses, true, tension, np.abs(tension * (1 + rng.normal(scale=said.cable.tension_known_to, size=(k, m)))),
-            shown + rng.normal(scale=said.cable.length_noise, size=(k, m)), corners, se3.displace(true, off[:, :3], off[:, 3:]), clock, images,
-        )  # fmt: skip
+        told = np.abs(tension * (1 + rng.normal(scale=said.cable.tension_known_to, size=(k, m))))
+        shown += rng.normal(scale=said.cable.length_noise, size=(k, m))
+        reference = se3.displace(true, off[:, :3], off[:, 3:])
+        return Recording(ids, poses, true, tension, told, shown, corners, reference, clock, images)
 
     def _look(self, cameras: Array, rng: np.random.Generator) -> tuple[Corners, tuple[NDArray[np.uint8], ...]]:
         """The corners that cameras T_base_camera (k, 4, 4) show, projected, or found in drawn images, and these."""
         world = self.world
         if self.draws:
-            from robocal.session.cable.rig_images import photograph
+            from robocal.session.commissioning.rig_images import photograph
 
             return photograph(world, cameras, rng, self.watch)
         camera = world.spec.said.camera
@@ -163,7 +166,10 @@ def _controller(world: RigWorld, believed: CableRobot) -> PlatformController:
 
 
 FOLLOWS, FORGETS = 6e-3, 0.1  # s
-TORQUE, EFFORT = 1.5, 0.4  # of the torque that the greatest tension asks for: what motors have, and what their loops add
+TORQUE, EFFORT = (
+    1.5,
+    0.4,
+)  # of the torque that the greatest tension asks for: what motors have, and what their loops add
 
 
 def wiring_of(world: RigWorld, rng: np.random.Generator) -> Wiring:

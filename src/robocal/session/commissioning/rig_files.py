@@ -14,7 +14,7 @@ from robocal.files.cable.pose_lists import pose_columns
 from robocal.files.display import listing_text
 from robocal.geometry import se3
 from robocal.quantities import Column, Listing
-from robocal.session.cable.rig_world import RigWorld
+from robocal.session.commissioning.rig_world import RigWorld
 
 __all__ = ["LABEL", "LENS", "Corners", "Recording", "lengths_files", "pixels_files", "poses_file"]
 
@@ -70,9 +70,7 @@ def pixels_files(world: RigWorld, made: Recording, sigma: float) -> Mapping[str,
     ))  # fmt: skip
     wide = said.prior_used
     words = ", ".join(f"{s}: {v:.9g}" for s, v in zip(LENS, world.told_lens, strict=True))
-    spread = ", ".join(
-        f"{s}: {wide.focal_and_centre_px if i < 4 else wide.distortion}" for i, s in enumerate(LENS[:8])
-    )
+    spread = ", ".join(f"{s}: {wide.focal_and_centre_px if i < 4 else wide.distortion}" for i, s in enumerate(LENS[:8]))
     seen = sorted({m for _, m, _ in made.corners})
     told = pose_words(world.markers[0])
     frame = [] if world.beacons else [f"  m0: {{mount: base, free: false, {told}}}"]
@@ -81,8 +79,8 @@ def pixels_files(world: RigWorld, made: Recording, sigma: float) -> Mapping[str,
     return {
         "pixels.csv": LABEL + listing_text(table),
         "pixels.yaml": (
-            f"{LABEL}robocal: 1\nkind: pixels\nfile: pixels.csv\nunits: {{length: m, angle: deg}}\npixels: {{columns: [u, v], sigma: {sigma!r}}}\n"
-            f"corners: {{column: corner, size: {size!r}}}\nimage: {list(said.camera.resolution)}\n"
+            f"{LABEL}robocal: 1\nkind: pixels\nfile: pixels.csv\nunits: {{length: m, angle: deg}}\n"
+            f"pixels: {{columns: [u, v], sigma: {sigma!r}}}\ncorners: {{column: corner, size: {size!r}}}\nimage: {list(said.camera.resolution)}\n"
             f"camera: {{name: lens, {words}, sigma: {{{spread}}}}}\n"
             f"frame: {{name: eye, mount: tool, free: true, {pose_words(world.spec.eye)}, "
             f"prior: {{length: {mount.translation_sigma!r}, angle: {mount.rotation_sigma!r}}}}}\n"

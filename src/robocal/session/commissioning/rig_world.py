@@ -21,7 +21,17 @@ from robocal.geometry import se3, so3
 from robocal.geometry.gravity import GRAVITY
 from robocal.simulation.cable_rig.floor_markers import Floor, Sight, draw_markers
 
-__all__ = ["Belief", "RigWorld", "closed_tension", "draw_poses", "draw_world", "lengths_at", "read_robot", "robot_text", "start_of"]
+__all__ = [
+    "Belief",
+    "RigWorld",
+    "closed_tension",
+    "draw_poses",
+    "draw_world",
+    "lengths_at",
+    "read_robot",
+    "robot_text",
+    "start_of",
+]
 
 G = -GRAVITY[2]
 DIGITS = 9
@@ -69,9 +79,7 @@ def draw_world(spec: CableRigSpec, rng: np.random.Generator) -> RigWorld:
     c, mount, m = said.camera, said.camera_in_platform_nominal, said.markers
     spread = said.anchors.sigma
     anchors = spec.frame + rng.normal(scale=spread, size=spec.frame.shape)
-    floor = Floor(
-        (m.grid[0], m.grid[1]), (m.floor[0], m.floor[1]), m.jitter, m.height_sd, float(np.radians(m.tilt_sd))
-    )
+    floor = Floor((m.grid[0], m.grid[1]), (m.floor[0], m.floor[1]), m.jitter, m.height_sd, float(np.radians(m.tilt_sd)))
     markers = draw_markers(floor, rng)
     if said.anchors.known_by == "beacons":
         move = into_gauge(anchors, spec.frame)
@@ -146,18 +154,18 @@ def closed_tension(robot: CableRobot, poses: Array, preferred: float) -> Array:
 
 def draw_poses(spec: CableRigSpec, robot: CableRobot, count: int, rng: np.random.Generator) -> Array:
     """Poses (count, 4, 4) in the box of the file at which the tensions of a robot stay within the controller's limits."""
-    p, (low, high) = spec.said.poses, spec.limits
+    p, (least, most) = spec.said.poses, spec.limits
     out = np.empty((0, 4, 4))
     for _ in range(100):
         tilt = np.radians(p.tilt_max) * np.sqrt(rng.random(count))
         about = rng.uniform(-np.pi, np.pi, count)
         level = tilt[:, None] * np.column_stack([np.cos(about), np.sin(about), np.zeros(count)])
-        yaw = np.column_stack([np.zeros((count, 2)), np.radians(rng.uniform(*p.yaw, count))])
+        yaw = np.column_stack([np.zeros((count, 2)), np.radians(rng.uniform(p.yaw[0], p.yaw[1], count))])
         t = np.tile(np.eye(4), (count, 1, 1))
-        t[:, :3, 3] = np.column_stack([rng.uniform(*getattr(p, s), count) for s in "xyz"])
+        t[:, :3, 3] = np.column_stack([rng.uniform(low, high, count) for low, high in (p.x, p.y, p.z)])
         t[:, :3, :3] = so3.exp(level) @ so3.exp(yaw)
         pulls = closed_tension(robot, t, spec.said.tensions.preferred_N)
-        out = np.concatenate([out, t[((pulls >= low) & (pulls <= high)).all(axis=1)]])[:count]
+        out = np.concatenate([out, t[((pulls >= least) & (pulls <= most)).all(axis=1)]])[:count]
         if len(out) == count:
             return out
     return out
@@ -166,7 +174,9 @@ def draw_poses(spec: CableRigSpec, robot: CableRobot, count: int, rng: np.random
 def start_of(world: RigWorld, believed: Array, rng: np.random.Generator) -> Array:
     """Where the platform truly hangs at power-up, near the pose (4, 4) that the builder says."""
     s = world.spec.said.start
-    step = np.concatenate([rng.normal(scale=s.position_sigma, size=3), rng.normal(scale=np.radians(s.angle_sigma), size=3)])
+    step = np.concatenate(
+        [rng.normal(scale=s.position_sigma, size=3), rng.normal(scale=np.radians(s.angle_sigma), size=3)]
+    )
     return se3.displace(believed, step[:3], step[3:])
 
 

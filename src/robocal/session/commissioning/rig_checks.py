@@ -1,4 +1,4 @@
-"""What a rig is asked at power-up, before any long motion: as many drives as cables, each winch alone, small motions about X_0, the weight."""
+"""What a rig is asked at power-up, before any long motion: as many drives as cables, each winch alone, the weight, small motions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from robocal.diagnose.limits import CABLE_RIG_CHANCE, CABLE_RIG_STOP
 from robocal.geometry import se3
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
-from robocal.session.cable.rig_run import RigMotion, Stop
+from robocal.session.commissioning.rig_motion import RigMotion, Stop
 from robocal.simulation.cable_rig.winch_test import examine_winches
 
 __all__ = ["check_rig", "remark_of_stop"]
@@ -73,7 +73,7 @@ def knowledge_of(motion: RigMotion) -> RoughKnowledge:
 
 
 def _lengths(motion: RigMotion, shown: Array, last: bool, least: float = CABLE_RIG_CHANCE) -> Remark | None:
-    """Whether lengths at small motions fit together; where they do not and it is not the `last` motion, only what one cause alone explains."""
+    """Whether lengths at small motions fit together; where they do not, before the `last` motion only what one cause alone explains."""
     known, robot = knowledge_of(motion), motion.believed
     if not len(shown) or (chance := lengths_chance(robot, known, motion.home, shown)) >= least:
         return None

@@ -32,8 +32,8 @@ from robocal.geometry import se3, so3
 from robocal.progress import Watch
 from robocal.prove.identify import identify
 from robocal.session.cable.calibrated import Calibrated, open_calibrated
-from robocal.session.cable.rig_files import LENS, Recording
-from robocal.session.cable.rig_world import RigWorld
+from robocal.session.commissioning.rig_files import LENS, Recording
+from robocal.session.commissioning.rig_world import RigWorld
 from robocal.session.identify_outcome import IdentifyOutcome, residual_columns, save, to_result
 from robocal.session.inputs import read_inputs
 from robocal.simulation.cable_rig.floor_markers import corners_of
@@ -47,7 +47,7 @@ FEWEST = 4  # grid: corners that tell a pose of the camera
 
 @record(eq=False)
 class CalibratedList:
-    """A list of poses and what came of it: its name, what was recorded, the outcome of `identify` and the robot with what is known of it."""
+    """A list of poses and what came of it: its name, what was recorded, the outcome of `identify` and the robot with what is known."""
 
     name: str
     recording: Recording
@@ -97,7 +97,9 @@ def _moves(poses: Array) -> Array:
     return se3.compose(turn, poses[1:, :3, 3] - poses[0, :3, 3])
 
 
-def calibrate(folder: Path, name: str, recording: Recording, command: str, seed: int, watch: Watch | None) -> CalibratedList:
+def calibrate(
+    folder: Path, name: str, recording: Recording, command: str, seed: int, watch: Watch | None
+) -> CalibratedList:
     """Identifies from the files of a folder, and writes the run into it. Raises InputError."""
     started, clock = datetime.datetime.now(datetime.UTC), time.perf_counter()
     inputs = read_inputs(folder / "robot.yaml", [folder / "lengths.yaml", folder / "pixels.yaml"], watch=watch)
@@ -117,9 +119,7 @@ def calibrate(folder: Path, name: str, recording: Recording, command: str, seed:
 def verify_list(world: RigWorld, found: CalibratedList, made: Recording) -> Verification:
     """Where robot and camera say that the platform was at the poses of a recording."""
     robot = found.robot
-    solved = forward(
-        robot, made.shown, made.asked, tension=made.told, sigma=world.spec.said.cable.length_noise
-    )
+    solved = forward(robot, made.shown, made.asked, tension=made.told, sigma=world.spec.said.cable.length_noise)
     known = found.calibrated.estimates
     carried = np.zeros_like(solved.covariance)
     if known is not None:
@@ -132,7 +132,8 @@ def verify_list(world: RigWorld, found: CalibratedList, made: Recording) -> Veri
 def camera_poses(world: RigWorld, values: Mapping[str, float], made: Recording) -> Array:
     """The platform (k, 4, 4) by one image each, in the identified map through the identified lens."""
     lens = np.array([values.get(f"lens.{s}", v) for s, v in zip(LENS, world.told_lens, strict=True)])
-    eye = _frame(values, "eye", world.spec.eye)
+    found = _frame(values, "eye", None)
+    eye = world.spec.eye if found is None else found
     own = corners_of(world.spec.said.markers.size * values.get("print.size", 1.0))
     out = np.full((len(made.ids), 4, 4), np.nan)
     for view in range(len(made.ids)):
