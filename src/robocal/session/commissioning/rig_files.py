@@ -80,7 +80,8 @@ def pixels_files(world: RigWorld, made: Recording, sigma: float) -> Mapping[str,
         "pixels.csv": LABEL + listing_text(table),
         "pixels.yaml": (
             f"{LABEL}robocal: 1\nkind: pixels\nfile: pixels.csv\nunits: {{length: m, angle: deg}}\n"
-            f"pixels: {{columns: [u, v], sigma: {sigma!r}}}\ncorners: {{column: corner, size: {size!r}}}\nimage: {list(said.camera.resolution)}\n"
+            f"pixels: {{columns: [u, v], sigma: {sigma!r}}}\ncorners: {{column: corner, size: {size!r}}}\n"
+            f"image: {list(said.camera.resolution)}\n"
             f"camera: {{name: lens, {words}, sigma: {{{spread}}}}}\n"
             f"frame: {{name: eye, mount: tool, free: true, {pose_words(world.spec.eye)}, "
             f"prior: {{length: {mount.translation_sigma!r}, angle: {mount.rotation_sigma!r}}}}}\n"

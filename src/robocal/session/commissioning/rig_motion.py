@@ -12,7 +12,12 @@ from robocal._types import Array
 from robocal.cables.geometry import CableRobot
 from robocal.cables.prepared import Drums, Prepared
 from robocal.control.pid import ControlLaw
-from robocal.control.platform.platform_controller import PlatformController, PlatformState, platform_controller
+from robocal.control.platform.platform_controller import (
+    MotionLimits,
+    PlatformController,
+    PlatformState,
+    platform_controller,
+)
 from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.geometry import se3
@@ -21,7 +26,7 @@ from robocal.session.commissioning.rig_files import Corners, Recording
 from robocal.session.commissioning.rig_world import RigWorld, closed_tension, lengths_at, read_robot, start_of
 from robocal.simulation.cable_rig.floor_markers import sightings
 from robocal.simulation.platform.platform_plant import plant_of
-from robocal.simulation.platform.rig_run import Wiring, follow
+from robocal.simulation.platform.rig_run import Followed, Wiring, follow
 from robocal.simulation.platform.winch_plant import Driven, Winches, WinchPlant
 
 __all__ = ["RigMotion", "Stop", "power_up"]
@@ -81,14 +86,18 @@ class RigMotion:
         return bool(pulls.min() >= low and pulls.max() <= high)
 
     def send(self, robot: CableRobot) -> None:
-        """Gives the running controller another robot, whose zeros are lengths at power-up."""
+        """Gives the running controller another robot, whose zeros are lengths at power-up; it goes over to that at its pace, at X_0."""
         self.believed = robot
         if self._running is None:
             return
         controller, state = self._running
         d = self.world.spec.said.drives
         zeros = robot.zeros - self.first * d.drum_radius / d.gear
-        self._running = _controller(self.world, robot).with_zeros(zeros), state
+        new = _controller(self.world, robot).with_zeros(zeros)
+        seconds = float(np.abs(new.cables - state.now).max()) / MotionLimits().pace * new.period
+        run = follow(new, state, self.plant, self.driven, self.home, seconds + SETTLE, wiring=self.wiring, every=EVERY)
+        self._running = new, run.state
+        self._note(run)
 
     def go(self, target: Array, name: str) -> tuple[Array, Array] | Stop:
         """Moves to a pose (4, 4): what sensors show (m,) and the tensions (m,) of the plant there, or why it stopped."""
@@ -103,17 +112,21 @@ class RigMotion:
         run = follow(
             controller, state, self.plant, self.driven, target, LONGEST, wiring=self.wiring, settle=SETTLE, every=EVERY
         )
-        self.driven, self._running = run.driven, (controller, run.state)
-        self.moved, self.seconds = self.moved + 1, self.seconds + run.seconds
-        d = self.world.spec.said.drives
-        self.trail = (run.log.angles - self.first) * d.drum_radius / d.gear
-        if len(run.log.tension):
-            self.least = min(self.least, float(run.log.tension.min()))
-            self.most = max(self.most, float(run.log.tension.max()))
+        self._running, self.moved = (controller, run.state), self.moved + 1
+        self._note(run)
         if run.state.stop or not run.state.arrived:
             cable = run.state.cable
             return Stop(run.state.stop or "late", name, "" if cable is None else self.world.spec.cables[cable])
         return self.shown, self.driven.motion.tension
+
+    def _note(self, run: Followed) -> None:
+        """Keeps where a run ended, and what it was."""
+        d = self.world.spec.said.drives
+        self.driven, self.seconds = run.driven, self.seconds + run.seconds
+        self.trail = (run.log.angles - self.first) * d.drum_radius / d.gear
+        if len(run.log.tension):
+            self.least = min(self.least, float(run.log.tension.min()))
+            self.most = max(self.most, float(run.log.tension.max()))
 
     def record_list(self, poses: Array, stem: str, rng: np.random.Generator) -> Recording | Stop:
         """X_0, X_j, X_0 through poses (k, 4, 4); at every one what sensors, drives, camera and instrument say."""
