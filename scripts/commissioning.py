@@ -76,12 +76,12 @@ def one(given, case: str, seed: int) -> dict:
         "verdict": columns["verdict"], "normalised": columns["normalised"], "first mm": columns["true_position_first"],
         "first deg": columns["true_orientation_first"], "move mm": columns["true_position_move"],
         "move deg": columns["true_orientation_move"], "least N": done.tension[0], "greatest N": done.tension[1],
-        "limits N": list(spec.said.tensions.pose_kept_if_within_N), "motions": made.motions,
+        "limits N": list(spec.model.tensions.allowed_N), "motions": made.motions,
         "start mm": 1e3 * float(np.linalg.norm(made.world.belief.anchors - made.world.true.a, axis=1).mean()),
     }  # fmt: skip
     # the floor: the same noise, of a robot that is known exactly
     true, rng = done.verified.recording.true, np.random.default_rng([seed, 39])
-    read = inverse(made.world.true, true)[0] + rng.normal(scale=spec.said.cable.length_noise, size=(len(true), 8))
+    read = inverse(made.world.true, true)[0] + rng.normal(scale=spec.model.cable.length_noise, size=(len(true), 8))
     known = forward(made.world.true, read, true).pose
     row |= {"floor first mm": 1e3 * float(relative(known, true).position.mean()),
             "floor mm": 1e3 * float(errors(known, true).position.mean())}  # fmt: skip
@@ -95,14 +95,16 @@ def one(given, case: str, seed: int) -> dict:
 def two_stages(made, done, said: dict, folder: Path) -> dict:
     """The way in two stages on the same records, relative to the first verification pose."""
     folder.mkdir(parents=True, exist_ok=True)
-    world, recording, verified = made.world, done.found.recording, done.verified.recording
+    world, recording, verified = made.world, done.calibration.recording, done.verified.recording
     count = len(recording.ids)
     said = said | {"poses": said["poses"] | {"calibration": count}}
     names = [f"c{i + 1}" for i in range(8)]
     pulls = [f"t{i + 1} [N]" for i in range(8)]
-    rows = [[f"p{i}", *(f"{v:.6f}" for v in (*recording.shown[i], *recording.told[i]))] for i in range(count)]
+    rows = [[f"p{i}", *(f"{v:.6f}" for v in (*recording.readings[i], *recording.stated[i]))] for i in range(count)]
     write(folder / "lengths.csv", ["id", *(f"{n} [m]" for n in names), *pulls], rows)
-    rows = [[f"v{i}", *(f"{v:.6f}" for v in (*verified.shown[i], *verified.told[i]))] for i in range(len(verified.ids))]
+    rows = [
+        [f"v{i}", *(f"{v:.6f}" for v in (*verified.readings[i], *verified.stated[i]))] for i in range(len(verified.ids))
+    ]
     write(folder / "verify.csv", ["id", *(f"{n} [m]" for n in names), *(f"{n}.tension [N]" for n in names)], rows)
     rows = [
         [f"p{p}", f"m{m}", k, f"{u:.4f}", f"{v:.4f}"]
@@ -114,7 +116,7 @@ def two_stages(made, done, said: dict, folder: Path) -> dict:
         shutil.copy(folder.parent / "A" / name, folder / name)
     rig = SimpleNamespace(
         markers=world.markers, printed=said["markers"]["size"], edge=world.edge, anchors=world.true.a, platform=world.true.b,
-        poses=np.concatenate([recording.true, verified.true]), given_eye=world.spec.eye, given_lens=world.told_lens, eye=world.eye,
+        poses=np.concatenate([recording.true, verified.true]), given_eye=world.spec.eye, given_lens=world.stated_lens, eye=world.eye,
     )  # fmt: skip
     camera = {"resolution": said["camera"]["resolution"], "corner_noise_px": said["camera"]["corner_noise_px"]}
     try:

@@ -19,8 +19,8 @@ from robocal.front.robots import Arm as Arm
 from robocal.front.robots import robot as robot
 from robocal.front.verb_result import Found as Found
 from robocal.front.verb_result import Identified as Identified
+from robocal.session.pose_groups import AnovaResult as _verify_AnovaResult
 from robocal.session.prediction import Prediction as _predict_Prediction
-from robocal.session.verified_poses import AnovaResult as _verify_AnovaResult
 from robocal.session.verified_poses import Verified as _verify_Verified
 from robocal.studies.run import StudyOutputs as _study_StudyOutputs
 from robocal.verbs.check.result import Checked as _check_Checked

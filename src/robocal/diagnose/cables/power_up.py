@@ -24,7 +24,15 @@ from robocal.cables.geometry import CableRobot, straight
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.geometry import so3
 
-__all__ = ["Balance", "Explanation", "RoughKnowledge", "balance_chance", "explain", "explain_balance", "lengths_chance"]
+__all__ = [
+    "BalanceCause",
+    "RoughKnowledge",
+    "WiringCause",
+    "balance_chance",
+    "explain",
+    "explain_balance",
+    "lengths_chance",
+]
 
 GAINS = (0.5, 2.0)  # of what an encoder may count: half, or twice
 
@@ -40,7 +48,7 @@ class RoughKnowledge:
 
 
 @record
-class Explanation:
+class WiringCause:
     """What makes lengths fit: cables, by number, and the gain of their encoders (1: they were exchanged)."""
 
     cables: tuple[int, ...]
@@ -75,11 +83,11 @@ def lengths_chance(robot: CableRobot, known: RoughKnowledge, home: Array, shown:
 
 def explain(
     robot: CableRobot, known: RoughKnowledge, home: Array, shown: Array, first: Array
-) -> tuple[Explanation, ...]:
+) -> tuple[WiringCause, ...]:
     """Of what can be wrong with one encoder or two drives, all that may make lengths (k, m) fit, the likeliest first; first (m,) is what
     sensors showed at power-up."""
     every = [
-        Explanation(cables, gain, lengths_chance(robot, known, home, read))
+        WiringCause(cables, gain, lengths_chance(robot, known, home, read))
         for cables, gain, read in _readings(shown, first)
     ]
     return tuple(sorted(every, key=lambda e: -e.chance))
@@ -100,7 +108,7 @@ def _readings(shown: Array, first: Array) -> Iterator[tuple[tuple[int, ...], flo
 
 
 @record
-class Balance:
+class BalanceCause:
     """What makes tensions hold the platform: the factor of its weight with its sigma, or two cables, by number, that were exchanged."""
 
     cables: tuple[int, ...]
@@ -119,20 +127,22 @@ def balance_chance(
     return _chance(w @ tension + load, _spread(robot, known, home, w, tension, known_to))
 
 
-def explain_balance(robot: CableRobot, known: RoughKnowledge, home: Array, tension: Array, known_to: float) -> Balance:
+def explain_balance(
+    robot: CableRobot, known: RoughKnowledge, home: Array, tension: Array, known_to: float
+) -> BalanceCause:
     """Of another weight, or two cables whose drives were exchanged, what makes tensions (m,) hold the platform best."""
     w = structure_of(robot, home[None])[0]
     load = gravity_wrench(home[None], float(robot.need("mass")), robot.com)[0]
     weight = np.linalg.inv(_spread(robot, known, home, w, tension, known_to))
     size = float(load @ weight @ load)
     factor, sigma = float(-(load @ weight @ (w @ tension)) / size), size**-0.5
-    best = Balance((), factor, sigma, balance_chance(robot, known, home, tension, known_to, factor))
+    best = BalanceCause((), factor, sigma, balance_chance(robot, known, home, tension, known_to, factor))
     for pair in combinations(range(len(tension)), 2):
         other = tension.copy()
         other[list(pair)] = tension[list(pair[::-1])]
         chance = balance_chance(robot, known, home, other, known_to)
         if chance > best.chance:
-            best = Balance(pair, 1.0, 0.0, chance)
+            best = BalanceCause(pair, 1.0, 0.0, chance)
     return best
 
 

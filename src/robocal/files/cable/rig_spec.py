@@ -42,7 +42,7 @@ class TensionModel(FileModel):
 
     preferred_N: Positive = 60.0
     limits_N: Range | None = None
-    pose_kept_if_within_N: Range
+    allowed_N: Range = Field(alias="pose_kept_if_within_N")
 
 
 class CableMaterialModel(FileModel):
@@ -54,7 +54,7 @@ class CableMaterialModel(FileModel):
     tension_known_to: NotNegative = 0.1
 
 
-class PosesModel(FileModel):
+class RigPosesModel(FileModel):
     """How many poses, and the box in which they are drawn; tilts up to tilt_max about any level axis."""
 
     calibration: Count
@@ -66,7 +66,7 @@ class PosesModel(FileModel):
     yaw: Range
 
 
-class LensModel(FileModel):
+class RigLensModel(FileModel):
     """The camera's true lens; a centre may be drawn."""
 
     resolution: Annotated[list[Annotated[int, Field(ge=16, le=20_000)]], Field(min_length=2, max_length=2)]
@@ -96,7 +96,7 @@ class MarkersModel(FileModel):
 
     size: Positive
     grid: Annotated[list[Count], Field(min_length=2, max_length=2)]
-    floor: Annotated[list[Positive], Field(min_length=2, max_length=2)]
+    area: Annotated[list[Positive], Field(min_length=2, max_length=2, alias="floor")]
     jitter: NotNegative = 0.0
     height_sd: NotNegative = 0.0
     tilt_sd: NotNegative = 0.0
@@ -177,11 +177,11 @@ class CableRigModel(FileModel):
     anchors: AnchorModel = AnchorModel.model_construct()
     tensions: TensionModel
     cable: CableMaterialModel
-    poses: PosesModel
-    camera: LensModel
+    poses: RigPosesModel
+    camera: RigLensModel
     camera_in_platform_nominal: MountModel
     markers: MarkersModel
-    marker_seen_if: SightingModel = SightingModel.model_construct()
+    visible_if: SightingModel = Field(SightingModel.model_construct(), alias="marker_seen_if")
     prior_used: PriorModel = PriorModel.model_construct()
     reference: ReferenceModel = ReferenceModel.model_construct()
     images: PictureModel = PictureModel.model_construct()
@@ -204,7 +204,7 @@ class CableRigSpec:
     the camera in the platform as it should be.
     """
 
-    said: CableRigModel
+    model: CableRigModel
     file: InputFile
     frame: Array
     platform: Array
@@ -215,7 +215,7 @@ class CableRigSpec:
     @property
     def name(self) -> str:
         """As a file has it."""
-        return self.said.name
+        return self.model.name
 
     @property
     def cables(self) -> tuple[str, ...]:
@@ -225,8 +225,8 @@ class CableRigSpec:
     @property
     def limits(self) -> Array:
         """Least and greatest tension (2,) in N that the controller keeps."""
-        tensions = self.said.tensions
-        return np.array(tensions.limits_N or tensions.pose_kept_if_within_N, float)
+        tensions = self.model.tensions
+        return np.array(tensions.limits_N or tensions.allowed_N, float)
 
 
 def read_cable_rig(path: str | os.PathLike[str]) -> CableRigSpec:
@@ -241,8 +241,7 @@ def read_cable_rig(path: str | os.PathLike[str]) -> CableRigSpec:
     for key in ("x", "y", "z", "yaw"):
         low, high = getattr(said.poses, key)
         document.insist(low < high, "no range", ("poses", key), found=[low, high], expected="the lower number first")
-    for key in ("limits_N", "pose_kept_if_within_N"):
-        pair = getattr(said.tensions, key)
+    for key, pair in (("limits_N", said.tensions.limits_N), ("pose_kept_if_within_N", said.tensions.allowed_N)):
         good = pair is None or 0 <= pair[0] < pair[1]
         document.insist(good, "no range", ("tensions", key), found=pair, expected="two tensions, the lower first")
     _wrongs(said, document, m)

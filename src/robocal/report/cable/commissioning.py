@@ -35,14 +35,14 @@ BETWEEN = ("between_position", "between_position_sd", "between_orientation", "be
 
 def commissioning_sections(found: Any, written: Any) -> Iterator[Section]:
     """What was done, and the three tables."""
-    n = found.spec.said.poses.calibration
+    n = found.spec.model.poses.calibration
     how = "ranges between beacons" if found.world.beacons else "a tape measure"
     lists = len(found.done)
     head = f"   simulated: anchors from {how}, {lists} list{'' if lists == 1 else 's'} of {n} poses, {found.motions} motions"
     yield Section.of("", Text.of((found.spec.name, "strong"), head), key="head")
     if found.done:
         yield from _tables(found.listing)
-        low, high = found.spec.said.tensions.pose_kept_if_within_N
+        low, high = found.spec.model.tensions.allowed_N
         rows = [(d.name, figure(d.tension[0], 3), figure(d.tension[1], 3)) for d in found.done]
         yield Section.of(
             "", table("list", "least [N]", "greatest [N]", right=(1, 2), rows=rows), *quiet(f"allowed: {low:g} to {high:g} N"),

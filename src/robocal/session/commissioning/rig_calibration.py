@@ -36,7 +36,7 @@ from robocal.session.commissioning.rig_files import LENS, Recording
 from robocal.session.commissioning.rig_world import RigWorld
 from robocal.session.identify_outcome import IdentifyOutcome, residual_columns, save, to_result
 from robocal.session.inputs import read_inputs
-from robocal.simulation.cable_rig.floor_markers import corners_of
+from robocal.simulation.cable_rig.marker_grid import corners_of
 from robocal.vision.camera import unproject
 
 __all__ = ["CalibratedList", "Verification", "calibrate", "verify_list"]
@@ -119,11 +119,11 @@ def calibrate(
 def verify_list(world: RigWorld, found: CalibratedList, made: Recording) -> Verification:
     """Where robot and camera say that the platform was at the poses of a recording."""
     robot = found.robot
-    solved = forward(robot, made.shown, made.asked, tension=made.told, sigma=world.spec.said.cable.length_noise)
+    solved = forward(robot, made.readings, made.asked, tension=made.stated, sigma=world.spec.model.cable.length_noise)
     known = found.calibrated.estimates
     carried = np.zeros_like(solved.covariance)
     if known is not None:
-        gains = found.calibrated.gains.columns(made.shown)
+        gains = found.calibrated.gains.columns(made.readings)
         carried = pose_covariance(robot, solved.pose, known.names, known.whole, gains)
     rms = float(np.sqrt((solved.residual**2).mean()))
     return Verification(made, solved.pose, solved.covariance + carried, camera_poses(world, found.values, made), rms)
@@ -131,10 +131,10 @@ def verify_list(world: RigWorld, found: CalibratedList, made: Recording) -> Veri
 
 def camera_poses(world: RigWorld, values: Mapping[str, float], made: Recording) -> Array:
     """The platform (k, 4, 4) by one image each, in the identified map through the identified lens."""
-    lens = np.array([values.get(f"lens.{s}", v) for s, v in zip(LENS, world.told_lens, strict=True)])
+    lens = np.array([values.get(f"lens.{s}", v) for s, v in zip(LENS, world.stated_lens, strict=True)])
     found = _frame(values, "eye", None)
     eye = world.spec.eye if found is None else found
-    own = corners_of(world.spec.said.markers.size * values.get("print.size", 1.0))
+    own = corners_of(world.spec.model.markers.size * values.get("print.size", 1.0))
     out = np.full((len(made.ids), 4, 4), np.nan)
     for view in range(len(made.ids)):
         points, pixels = [], []

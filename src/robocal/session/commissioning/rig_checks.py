@@ -35,7 +35,7 @@ CORNERS = tuple(
 def check_rig(motion: RigMotion, rng: np.random.Generator) -> Remark | None:
     """What is wrong with a rig, or None. Nothing moves on where something is."""
     world = motion.world
-    names, said = world.spec.cables, world.spec.said
+    names, said = world.spec.cables, world.spec.model
     drives = said.wrong.cables or len(names)
     if drives != len(names):
         return Remark.of(Code.RIG_DRIVES, drives=drives, cables=len(names))
@@ -64,7 +64,7 @@ def check_rig(motion: RigMotion, rng: np.random.Generator) -> Remark | None:
 def knowledge_of(motion: RigMotion) -> RoughKnowledge:
     """What the builder says of anchors, the pose at power-up and lengths; stretch by tensions that differ counts as noise of lengths."""
     world = motion.world
-    said = world.spec.said
+    said = world.spec.model
     start = np.repeat([said.start.position_sigma, np.radians(said.start.angle_sigma)], 3)
     long = float(np.linalg.norm(motion.believed.a - motion.home[:3, 3], axis=1).mean())
     low, high = world.spec.limits
@@ -93,7 +93,7 @@ def _lengths(motion: RigMotion, shown: Array, last: bool, least: float = CABLE_R
 def _balance(motion: RigMotion, tension: Array) -> Remark | None:
     """Whether the tensions at power-up hold the platform that was said."""
     known, robot, home = knowledge_of(motion), motion.believed, motion.home
-    said = motion.world.spec.said
+    said = motion.world.spec.model
     found = explain_balance(robot, known, home, tension, said.cable.tension_known_to)
     if found.cables and balance_chance(robot, known, home, tension, said.cable.tension_known_to) < CABLE_RIG_CHANCE:
         one, other = (robot.cables[i] for i in found.cables)
@@ -107,7 +107,7 @@ def _balance(motion: RigMotion, tension: Array) -> Remark | None:
 def _winches(motion: RigMotion, rng: np.random.Generator) -> Remark | None:
     """Each winch alone, and their tensions together."""
     world = motion.world
-    said = world.spec.said
+    said = world.spec.model
     least = SLACK_SHARE * float(world.spec.limits[0])
     found, tension = examine_winches(motion.plant, motion.wiring, motion.driven, least)
     if found is None:

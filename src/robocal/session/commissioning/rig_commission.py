@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 
 from robocal._record import record, replace
-from robocal._types import Array, Bools
+from robocal._types import Array
 from robocal.apply.verification import errors, relative
 from robocal.files.cable.rig_spec import CableRigSpec, read_cable_rig
 from robocal.files.cable.write import describe_cable
-from robocal.files.display import listing_text
 from robocal.files.images import encode_png
 from robocal.files.parts import Document, Origin
 from robocal.files.plain import json_text
@@ -26,10 +25,10 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.commissioning.rig_calibration import CalibratedList, Verification, calibrate, verify_list
 from robocal.session.commissioning.rig_checks import check_rig, remark_of_stop
-from robocal.session.commissioning.rig_files import LABEL, Recording, lengths_files, pixels_files, poses_file
-from robocal.session.commissioning.rig_images import THROUGH
+from robocal.session.commissioning.rig_files import LABEL
+from robocal.session.commissioning.rig_folder import list_files, verification_files, whole_poses
 from robocal.session.commissioning.rig_motion import RigMotion, Stop, power_up
-from robocal.session.commissioning.rig_world import RigWorld, draw_poses, draw_world, robot_text
+from robocal.session.commissioning.rig_world import RigWorld, draw_poses, draw_world
 from robocal.session.verb_base import VerbResult
 from robocal.session.verified_poses import VIEWS, PoseSource, Verified, spreads_of, views_of
 
@@ -59,14 +58,14 @@ class RigDocument(Document):
 class RigList:
     """A list of poses: what `identify` made of it, its verification, and the least and greatest tension (N) that the plant saw."""
 
-    found: CalibratedList
+    calibration: CalibratedList
     verified: Verification
     tension: tuple[float, float]
 
     @property
     def name(self) -> str:
         """A, B, C, ..."""
-        return self.found.name
+        return self.calibration.name
 
 
 @record(kw_only=True, eq=False)
@@ -110,7 +109,7 @@ class Commissioned(VerbResult):
         each: dict[str, dict[str, Views]] = {}
         for done in self.done:
             v = done.verified
-            good = _whole(v.camera)
+            good = whole_poses(v.camera)
             reference = v.recording.reference[good]
             mine = {"robot": v.robot[good], "camera": v.camera[good]}
             ids += [f"{done.name}-{n}" for n, g in zip(v.recording.ids, good.tolist(), strict=True) if g]
@@ -135,7 +134,7 @@ class Commissioned(VerbResult):
         rows = []
         for done in self.done:
             v = done.verified
-            good, reference = _whole(v.camera), v.recording.reference
+            good, reference = whole_poses(v.camera), v.recording.reference
             whole = np.array([*errors(v.robot, reference).position])
             first = relative(v.robot, reference)
             turned = errors(v.robot, reference).orientation
@@ -146,7 +145,7 @@ class Commissioned(VerbResult):
                 *_two(np.degrees(first.orientation)), *_two(1e3 * camera.position), *_two(np.degrees(camera.orientation)),
                 *_two(1e3 * between.position), *_two(np.degrees(between.orientation)), v.normalised,
                 *(f for e in truth[1:] for f in (1e3 * float(e.position.mean()), float(np.degrees(e.orientation.mean())))),
-                done.found.outcome.result.verdict.status,
+                done.calibration.outcome.result.verdict.status,
             ))  # fmt: skip
         return Listing(tuple(
             Column(n, u, [r[i] for r in rows], digits=6, figures=3 if u else 0) for i, (n, u) in enumerate(COLUMNS)
@@ -184,7 +183,7 @@ class Commissioned(VerbResult):
     @property
     def head(self) -> dict[str, Any]:
         """What stands at the head of its page."""
-        n = self.spec.said.poses.calibration
+        n = self.spec.model.poses.calibration
         return {
             "title": f"Commissioning of {self.spec.name}",
             "kind": "Simulation",
@@ -210,11 +209,6 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def _whole(poses: Array) -> Bools:
-    """Which poses (k, 4, 4) are numbers."""
-    return np.asarray(np.isfinite(poses).all(axis=(1, 2)))
-
-
 def _two(values: Array) -> tuple[float, float]:
     """Mean and standard deviation."""
     return float(values.mean()), float(values.std(ddof=1)) if len(values) > 1 else float("nan")
@@ -230,7 +224,7 @@ def commission(o: Any, watch: Watch | None = None, command: str = "") -> Commiss
     """Does it all by the options of the verb. Raises InputError."""
     spec = read_cable_rig(o.spec)
     spec = _with_options(spec, o)
-    streams = np.random.SeedSequence(o.seed).spawn(2 + spec.said.lists)
+    streams = np.random.SeedSequence(o.seed).spawn(2 + spec.model.lists)
     world = draw_world(spec, np.random.default_rng(streams[0]))
     done: list[RigList] = []
     written: list[Path] = []
@@ -260,14 +254,14 @@ def commission(o: Any, watch: Watch | None = None, command: str = "") -> Commiss
 
 def _with_options(spec: CableRigSpec, o: Any) -> CableRigSpec:
     """The rig with what the command line says otherwise."""
-    said = spec.said
+    said = spec.model
     if o.poses is not None:
         said = said.model_copy(update={"poses": said.poses.model_copy(update={"calibration": o.poses})})
     if o.lists is not None:
         said = said.model_copy(update={"lists": o.lists})
     if o.anchors is not None:
         said = said.model_copy(update={"anchors": said.anchors.model_copy(update={"known_by": o.anchors})})
-    return replace(spec, said=said)
+    return replace(spec, model=said)
 
 
 def _one(
@@ -275,7 +269,7 @@ def _one(
     watch: Watch | None, written: list[Path],
 ) -> RigList | Remark:  # fmt: skip
     """A list from its first motion to its verification, or why it ended."""
-    spec, said = world.spec, world.spec.said
+    spec, said = world.spec, world.spec.model
     rough = motion.believed
     poses = draw_poses(spec, rough, said.poses.calibration, rng)
     if len(poses) < said.poses.calibration:
@@ -300,48 +294,11 @@ def _one(
     return RigList(found, verified, (motion.least, motion.most))
 
 
-def list_files(world: RigWorld, zeros: Array, made: Recording) -> Mapping[str, str]:
-    """What the builder has of a list, and the truth apart from it."""
-    out = {"robot.yaml": robot_text(world, zeros), **lengths_files(world, made)}
-    out |= pixels_files(world, made, THROUGH if made.images else world.spec.said.camera.corner_noise_px)
-    out["poses.csv"] = poses_file(made.ids, made.asked)
-    out["truth-poses.csv"] = poses_file(made.ids, made.true)
-    names = world.spec.cables
-    pulls = (Column(n, "N", v, decimals=3) for n, v in zip(names, made.tension.T, strict=True))
-    out["truth-tensions.csv"] = LABEL + listing_text(Listing((Column("id", "", made.ids), *pulls)))
-    if world.belief.ranges is not None:
-        out["ranges.csv"] = LABEL + listing_text(_ranges(world))
-    return out
-
-
-def _ranges(world: RigWorld) -> Listing:
-    """The ranges between beacons, pair by pair."""
-    ranges = world.belief.ranges
-    assert ranges is not None
-    one, other = np.triu_indices(len(ranges), 1)
-    names = [f"A{i + 1}" for i in range(len(ranges))]
-    return Listing((
-        Column("from", "", [names[i] for i in one]), Column("to", "", [names[i] for i in other]),
-        Column("range", "m", ranges[one, other], decimals=4),
-    ))  # fmt: skip
-
-
-def verification_files(world: RigWorld, made: Recording, verified: Verification) -> Mapping[str, str]:
-    """The verification poses: lengths as recorded, and poses of robot, camera and instrument as `verify` reads them."""
-    ids, good = made.ids, _whole(verified.camera)
-    seen = tuple(n for n, g in zip(ids, good.tolist(), strict=True) if g)
-    lengths = {k: v for k, v in lengths_files(world, made, "verify-lengths").items() if k.endswith(".csv")}
-    return {
-        **lengths, "reference.csv": poses_file(ids, made.reference, made.clock), "robot.csv": poses_file(ids, verified.robot),
-        "camera.csv": poses_file(seen, verified.camera[good]), "truth-verification.csv": poses_file(ids, made.true),
-    }  # fmt: skip
-
-
 def _said(spec: CableRigSpec, done: Sequence[RigList]) -> tuple[tuple[Remark, ...], tuple[Remark, ...]]:
     """What is to be said of the lists that were done: warnings and reasons."""
     if not done:
         return (), ()
-    low, high = spec.said.tensions.pose_kept_if_within_N
+    low, high = spec.model.tensions.allowed_N
     least, most = min(d.tension[0] for d in done), max(d.tension[1] for d in done)
     warnings = (
         [Remark.of(Code.RIG_LIMITS_LEFT, least=least, most=most, low=low, high=high)]
@@ -349,8 +306,8 @@ def _said(spec: CableRigSpec, done: Sequence[RigList]) -> tuple[tuple[Remark, ..
         else []
     )
     reasons = [
-        Remark.of(Code.RIG_NOT_IMPROVED, name=d.name, verdict=d.found.outcome.result.verdict.status)
+        Remark.of(Code.RIG_NOT_IMPROVED, name=d.name, verdict=d.calibration.outcome.result.verdict.status)
         for d in done
-        if not d.found.outcome.improved
+        if not d.calibration.outcome.improved
     ]
     return tuple(warnings), tuple(reasons)

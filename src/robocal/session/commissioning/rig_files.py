@@ -33,8 +33,8 @@ class Recording:
     asked: Array
     true: Array
     tension: Array
-    told: Array
-    shown: Array
+    stated: Array
+    readings: Array
     corners: Corners
     reference: Array
     clock: Array
@@ -47,10 +47,10 @@ def lengths_files(world: RigWorld, made: Recording, stem: str = "lengths") -> Ma
     pulls = [f"t{i + 1}" for i in range(len(names))]
     table = Listing((
         Column("id", "", made.ids),
-        *(Column(n, "m", v, decimals=6) for n, v in zip(names, made.shown.T, strict=True)),
-        *(Column(n, "N", v, decimals=3) for n, v in zip(pulls, made.told.T, strict=True)),
+        *(Column(n, "m", v, decimals=6) for n, v in zip(names, made.readings.T, strict=True)),
+        *(Column(n, "N", v, decimals=3) for n, v in zip(pulls, made.stated.T, strict=True)),
     ))  # fmt: skip
-    sigma = world.spec.said.cable.length_noise
+    sigma = world.spec.model.cable.length_noise
     return {
         f"{stem}.csv": LABEL + listing_text(table),
         f"{stem}.yaml": (
@@ -62,17 +62,17 @@ def lengths_files(world: RigWorld, made: Recording, stem: str = "lengths") -> Ma
 
 def pixels_files(world: RigWorld, made: Recording, sigma: float) -> Mapping[str, str]:
     """Corners of markers, with the lens as calibrated, the camera as mounted, and marker 0 as the frame where a tape told the anchors."""
-    said, size = world.spec.said, world.spec.said.markers.size
+    said, size = world.spec.model, world.spec.model.markers.size
     rows = [(made.ids[p], f"m{m}", k, *uv) for p, m, corners in made.corners for k, uv in enumerate(corners.tolist())]
     table = Listing((
         Column("id", "", [r[0] for r in rows]), Column("marker", "", [r[1] for r in rows]), Column("corner", "", [r[2] for r in rows]),
         Column("u", "", [r[3] for r in rows], decimals=4), Column("v", "", [r[4] for r in rows], decimals=4),
     ))  # fmt: skip
     wide = said.prior_used
-    words = ", ".join(f"{s}: {v:.9g}" for s, v in zip(LENS, world.told_lens, strict=True))
+    words = ", ".join(f"{s}: {v:.9g}" for s, v in zip(LENS, world.stated_lens, strict=True))
     spread = ", ".join(f"{s}: {wide.focal_and_centre_px if i < 4 else wide.distortion}" for i, s in enumerate(LENS[:8]))
     seen = sorted({m for _, m, _ in made.corners})
-    told = pose_words(world.markers[0])
+    told = pose_text(world.markers[0])
     frame = [] if world.beacons else [f"  m0: {{mount: base, free: false, {told}}}"]
     targets = "\n".join(frame + [f"  m{m}: {{mount: base, free: true}}" for m in seen if m or world.beacons])
     mount = said.camera_in_platform_nominal
@@ -83,19 +83,19 @@ def pixels_files(world: RigWorld, made: Recording, sigma: float) -> Mapping[str,
             f"pixels: {{columns: [u, v], sigma: {sigma!r}}}\ncorners: {{column: corner, size: {size!r}}}\n"
             f"image: {list(said.camera.resolution)}\n"
             f"camera: {{name: lens, {words}, sigma: {{{spread}}}}}\n"
-            f"frame: {{name: eye, mount: tool, free: true, {pose_words(world.spec.eye)}, "
+            f"frame: {{name: eye, mount: tool, free: true, {pose_text(world.spec.eye)}, "
             f"prior: {{length: {mount.translation_sigma!r}, angle: {mount.rotation_sigma!r}}}}}\n"
-            f"{print_words(said.markers.print_scale_error)}target: {{column: marker}}\ntargets:\n{targets}\nconfiguration: {{id: id}}\n"
+            f"{print_text(said.markers.print_scale_error)}target: {{column: marker}}\ntargets:\n{targets}\nconfiguration: {{id: id}}\n"
         ),
     }
 
 
-def print_words(error: float) -> str:
+def print_text(error: float) -> str:
     """How far the size of the print may be off."""
     return f"scale: {{sigma: {100 * error:g} %, free: true}}\n" if error > 0 else "scale: known\n"
 
 
-def pose_words(t: Array) -> str:
+def pose_text(t: Array) -> str:
     """A pose (4, 4) as a file has it, m and deg."""
     v = se3.to_vector(t)
     place, turn = (", ".join(f"{x:.9f}" for x in part) for part in (v[:3], np.degrees(v[3:])))

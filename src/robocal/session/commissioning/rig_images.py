@@ -32,11 +32,11 @@ def photograph(
 ) -> tuple[tuple[tuple[int, int, Array], ...], tuple[NDArray[np.uint8], ...]]:
     """Corners as (view, marker, (4, 2) px) that are found in the images of cameras T_base_camera (k, 4, 4), and the images. Raises
     MissingExtra."""
-    said = world.spec.said
+    said = world.spec.model
     size = (said.camera.resolution[0], said.camera.resolution[1])
     sheets = _sheets(world)
     how = Photograph(blur=said.images.blur_px, noise=said.images.grey_noise)
-    target = Target(FAMILY, size=said.markers.size, lens=world.told_lens)
+    target = Target(FAMILY, size=said.markers.size, lens=world.stated_lens)
     corners: list[tuple[int, int, Array]] = []
     images = []
     for view, camera in enumerate(cameras):

@@ -24,7 +24,7 @@ from robocal.geometry import se3
 from robocal.progress import Watch
 from robocal.session.commissioning.rig_files import Corners, Recording
 from robocal.session.commissioning.rig_world import RigWorld, closed_tension, lengths_at, read_robot, start_of
-from robocal.simulation.cable_rig.floor_markers import sightings
+from robocal.simulation.cable_rig.marker_grid import sightings
 from robocal.simulation.platform.platform_plant import plant_of
 from robocal.simulation.platform.rig_run import Followed, Wiring, follow
 from robocal.simulation.platform.winch_plant import Driven, Winches, WinchPlant
@@ -71,14 +71,14 @@ class RigMotion:
         return np.asarray(self.driven.motion.pose)
 
     @property
-    def shown(self) -> Array:
+    def readings(self) -> Array:
         """What the length sensors show (m,) in m, from power-up."""
-        d = self.world.spec.said.drives
+        d = self.world.spec.model.drives
         return np.asarray((self.wiring.readings(self.driven) - self.first) * d.drum_radius / d.gear)
 
     def ahead(self, pose: Array) -> Array:
         """Tensions (m,) near the preferred one that hold the believed platform at a pose."""
-        return closed_tension(self.believed, pose[None], self.world.spec.said.tensions.preferred_N)[0]
+        return closed_tension(self.believed, pose[None], self.world.spec.model.tensions.preferred_N)[0]
 
     def allows(self, pulls: Array) -> bool:
         """Whether tensions (m,) are within the limits of the controller."""
@@ -91,7 +91,7 @@ class RigMotion:
         if self._running is None:
             return
         controller, state = self._running
-        d = self.world.spec.said.drives
+        d = self.world.spec.model.drives
         zeros = robot.zeros - self.first * d.drum_radius / d.gear
         new = _controller(self.world, robot).with_zeros(zeros)
         seconds = float(np.abs(new.cables - state.now).max()) / MotionLimits().pace * new.period
@@ -117,11 +117,11 @@ class RigMotion:
         if run.state.stop or not run.state.arrived:
             cable = run.state.cable
             return Stop(run.state.stop or "late", name, "" if cable is None else self.world.spec.cables[cable])
-        return self.shown, self.driven.motion.tension
+        return self.readings, self.driven.motion.tension
 
     def _note(self, run: Followed) -> None:
         """Keeps where a run ended, and what it was."""
-        d = self.world.spec.said.drives
+        d = self.world.spec.model.drives
         self.driven, self.seconds = run.driven, self.seconds + run.seconds
         self.trail = (run.log.angles - self.first) * d.drum_radius / d.gear
         if len(run.log.tension):
@@ -130,7 +130,7 @@ class RigMotion:
 
     def record_list(self, poses: Array, stem: str, rng: np.random.Generator) -> Recording | Stop:
         """X_0, X_j, X_0 through poses (k, 4, 4); at every one what sensors, drives, camera and instrument say."""
-        spec, said = self.world.spec, self.world.spec.said
+        spec, said = self.world.spec, self.world.spec.model
         k, m = len(poses), len(spec.cables)
         ids = tuple(f"{stem}{i + 1:0{len(str(k))}d}" for i in range(k))
         true, shown, tension, time = np.empty((k, 4, 4)), np.empty((k, m)), np.empty((k, m)), np.empty(k)
@@ -161,7 +161,7 @@ class RigMotion:
             from robocal.session.commissioning.rig_images import photograph
 
             return photograph(world, cameras, rng, self.watch)
-        camera = world.spec.said.camera
+        camera = world.spec.model.camera
         seen = sightings(cameras, world.markers, world.edge, world.lens, camera.resolution, world.sight)
         noise = camera.corner_noise_px
         return tuple((s.view, s.marker, s.corners + rng.normal(scale=noise, size=(4, 2))) for s in seen), ()
@@ -169,7 +169,7 @@ class RigMotion:
 
 def _controller(world: RigWorld, believed: CableRobot) -> PlatformController:
     """The controller of a believed robot."""
-    d = world.spec.said.drives
+    d = world.spec.model.drives
     drums = Drums.of(np.full(len(believed.cables), d.drum_radius), d.gear)
     most = world.spec.limits[1] * d.drum_radius / d.gear
     # A motor of this inertia follows within 6 ms, its error is gone within 100 ms.
@@ -187,7 +187,7 @@ TORQUE, EFFORT = (
 
 def wiring_of(world: RigWorld, rng: np.random.Generator) -> Wiring:
     """What the drives of this rig are wired to; encoders count from anywhere."""
-    wrong, m = world.spec.said.wrong, len(world.spec.cables)
+    wrong, m = world.spec.model.wrong, len(world.spec.cables)
     winch, way, scale = np.arange(m), np.ones(m), np.ones(m)
     if wrong.swapped is not None:
         i, j = (c - 1 for c in wrong.swapped)
@@ -197,12 +197,12 @@ def wiring_of(world: RigWorld, rng: np.random.Generator) -> Wiring:
     if wrong.half_count is not None:
         scale[wrong.half_count - 1] = 0.5
     zero = rng.uniform(-np.pi, np.pi, m)
-    return Wiring(scale, zero, world.spec.said.drives.counts_per_turn, winch, way)
+    return Wiring(scale, zero, world.spec.model.drives.counts_per_turn, winch, way)
 
 
 def power_up(world: RigWorld, rng: np.random.Generator) -> tuple[RigMotion, CableFile]:
     """The rig switched on where it hangs: encoders count from there, and the controller takes that for X_0. Also the builder's file."""
-    said = world.spec.said
+    said = world.spec.model
     bare = read_robot(world, np.zeros(len(world.spec.cables))).robot
     home = bare.home
     there = start_of(world, home, rng)

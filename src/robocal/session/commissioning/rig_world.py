@@ -19,7 +19,7 @@ from robocal.files.text import Source
 from robocal.files.yamlio import quote
 from robocal.geometry import se3, so3
 from robocal.geometry.gravity import GRAVITY
-from robocal.simulation.cable_rig.floor_markers import Floor, Sight, draw_markers
+from robocal.simulation.cable_rig.marker_grid import MarkerGrid, Sight, draw_markers
 
 __all__ = [
     "Belief",
@@ -58,7 +58,7 @@ class RigWorld:
     edge: float
     eye: Array
     lens: Array
-    told_lens: Array
+    stated_lens: Array
     belief: Belief
 
     @property
@@ -69,17 +69,19 @@ class RigWorld:
     @property
     def sight(self) -> Sight:
         """What counts as seen."""
-        s = self.spec.said.marker_seen_if
+        s = self.spec.model.visible_if
         return Sight(np.radians(s.angle_from_axis_below), s.border_px, s.side_px_above)
 
 
 def draw_world(spec: CableRigSpec, rng: np.random.Generator) -> RigWorld:
     """A rig of this kind. Raises ModelError where beacons fix no frame."""
-    said = spec.said
+    said = spec.model
     c, mount, m = said.camera, said.camera_in_platform_nominal, said.markers
     spread = said.anchors.sigma
     anchors = spec.frame + rng.normal(scale=spread, size=spec.frame.shape)
-    floor = Floor((m.grid[0], m.grid[1]), (m.floor[0], m.floor[1]), m.jitter, m.height_sd, float(np.radians(m.tilt_sd)))
+    floor = MarkerGrid(
+        (m.grid[0], m.grid[1]), (m.area[0], m.area[1]), m.jitter, m.height_sd, float(np.radians(m.tilt_sd))
+    )
     markers = draw_markers(floor, rng)
     if said.anchors.known_by == "beacons":
         move = into_gauge(anchors, spec.frame)
@@ -112,7 +114,7 @@ def draw_world(spec: CableRigSpec, rng: np.random.Generator) -> RigWorld:
 def robot_text(world: RigWorld, zeros: Array) -> str:
     """robot.yaml of the builder: anchors as believed with their priors, zeros (m,) in m as of power-up."""
     spec, belief = world.spec, world.belief
-    said, names = spec.said, spec.cables
+    said, names = spec.model, spec.cables
     how = "a tape measure" if not world.beacons else "ranges between beacons"
 
     def points(letter: str, rows: Array) -> str:
@@ -154,7 +156,7 @@ def closed_tension(robot: CableRobot, poses: Array, preferred: float) -> Array:
 
 def draw_poses(spec: CableRigSpec, robot: CableRobot, count: int, rng: np.random.Generator) -> Array:
     """Poses (count, 4, 4) in the box of the file at which the tensions of a robot stay within the controller's limits."""
-    p, (least, most) = spec.said.poses, spec.limits
+    p, (least, most) = spec.model.poses, spec.limits
     out = np.empty((0, 4, 4))
     for _ in range(100):
         tilt = np.radians(p.tilt_max) * np.sqrt(rng.random(count))
@@ -164,7 +166,7 @@ def draw_poses(spec: CableRigSpec, robot: CableRobot, count: int, rng: np.random
         t = np.tile(np.eye(4), (count, 1, 1))
         t[:, :3, 3] = np.column_stack([rng.uniform(low, high, count) for low, high in (p.x, p.y, p.z)])
         t[:, :3, :3] = so3.exp(level) @ so3.exp(yaw)
-        pulls = closed_tension(robot, t, spec.said.tensions.preferred_N)
+        pulls = closed_tension(robot, t, spec.model.tensions.preferred_N)
         out = np.concatenate([out, t[((pulls >= least) & (pulls <= most)).all(axis=1)]])[:count]
         if len(out) == count:
             return out
@@ -173,7 +175,7 @@ def draw_poses(spec: CableRigSpec, robot: CableRobot, count: int, rng: np.random
 
 def start_of(world: RigWorld, believed: Array, rng: np.random.Generator) -> Array:
     """Where the platform truly hangs at power-up, near the pose (4, 4) that the builder says."""
-    s = world.spec.said.start
+    s = world.spec.model.start
     step = np.concatenate(
         [rng.normal(scale=s.position_sigma, size=3), rng.normal(scale=np.radians(s.angle_sigma), size=3)]
     )

@@ -11,11 +11,11 @@ from robocal._types import Array
 from robocal.geometry import se3, so3
 from robocal.vision.camera import project
 
-__all__ = ["Floor", "MarkerView", "Sight", "corners_of", "draw_markers", "sightings"]
+__all__ = ["MarkerGrid", "MarkerView", "Sight", "corners_of", "draw_markers", "sightings"]
 
 
 @record
-class Floor:
+class MarkerGrid:
     """A grid of (columns, rows) markers on a floor (m): jitter of their places, standard deviations of height (m) and tilt (rad)."""
 
     grid: tuple[int, int]
@@ -43,7 +43,7 @@ class MarkerView:
     corners: Array
 
 
-def draw_markers(floor: Floor, rng: np.random.Generator) -> Array:
+def draw_markers(floor: MarkerGrid, rng: np.random.Generator) -> Array:
     """T_base_marker (M, 4, 4); marker 0 is the one in the middle."""
     place = [(np.arange(k) + 0.5) / k * size - size / 2 for k, size in zip(floor.grid, floor.size, strict=True)]
     xy = np.stack(np.meshgrid(*place, indexing="ij"), axis=-1).reshape(-1, 2)
