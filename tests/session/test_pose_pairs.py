@@ -114,6 +114,21 @@ def test_wrong_views_do_not_pull(share, status):
         assert "too-many-aside" in said(found)
 
 
+@pytest.mark.parametrize("wrong", [7, 12])
+def test_wrong_views_of_a_small_marker_do_not_pull(wrong):
+    """A marker that is small in the image: sure across the view alone, hardly how it is turned. Most views agree on no turn, and the wrong
+    ones are found all the same."""
+    rng, flange, seen, camera, _ = cell(41, 60, size=0.3)
+    seen[:, :3, 3] *= 1 + 0.05 * rng.normal(size=(60, 1))
+    seen[:, :3, :3] = seen[:, :3, :3] @ Rotation.from_rotvec(0.1 * rng.normal(size=(60, 3))).as_matrix()
+    those = np.sort(rng.choice(60, wrong, replace=False))
+    seen[those] = rigid(rng.normal(size=(wrong, 3)) * 0.15, rng.normal(size=(wrong, 3)))
+    found = locate_camera(PosePairs(seen, True, flange))
+    assert np.flatnonzero(~found.decision.need_data.observations[0].used).tolist() == those.tolist()
+    assert verdict_of(found.decision).status == "located"
+    assert away(found.camera, camera)[0] < 4 * np.linalg.norm(sigmas(found, CAMERA)[:3])
+
+
 def road(rng, count, rate, hand, base, jitter, late, noise=1.0):
     """A robot on its way at 125 Hz, and a camera in its hand whose clock is `late` s behind."""
 

@@ -25,7 +25,8 @@ def agreed_views(
     model: Model, data: DataSet, configurations: Ints, problem: Problem, x: Array
 ) -> tuple[Array, Bools] | None:
     """x (1, P) with the frames as most views of some configurations have them, and the rows (k,) of the only observations that are near;
-    None where all are near as frames stand, where these are not alone, or where no camera measures the poses of one target."""
+    None where all are near as frames stand or none as most have them, where these are not alone, or where no camera measures the poses of
+    one target."""
     if len(data.observations) != 1 or not frames_alone(model, problem.table.free, data):
         return None
     (obs,) = data.observations
@@ -48,9 +49,12 @@ def agreed_views(
     found = agree(measured[chosen], machine[chosen], bool(own))
     if found is None:
         return None
+    near = views_near(found, measured, machine)
+    if not near[chosen].any():  # orientations of a small marker scatter so much that no view says whether it is right
+        return None
     away, hand, scale = found
     out = np.array(x)
     out[0, own] = scale
     for i, place in zip(at, (hand, se3.inverse(away)) if in_hand else (away, hand), strict=True):
         out[0, i] = se3.to_vector(place)
-    return out, views_near(found, measured, machine)
+    return out, near

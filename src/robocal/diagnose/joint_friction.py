@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from robocal.diagnose.check_registry import Context, Finding, When, check, doubt
-from robocal.measure.cable.platform_rows import cable_names
+from robocal.measure.cable.cable_names import cable_names
 from robocal.measure.cable.winch_tensions import FRICTION
 from robocal.measure.data import Observations
 from robocal.measure.machine import Model, joints_of

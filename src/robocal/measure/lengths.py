@@ -24,7 +24,8 @@ from robocal.errors import ModelError
 from robocal.estimate.losses import Loss
 from robocal.estimate.terms import Normal
 from robocal.measure.builder import Builder
-from robocal.measure.cable.platform_rows import ENDS, Material, PlatformRows, cable_names, cable_robot_of
+from robocal.measure.cable.cable_names import cable_names
+from robocal.measure.cable.platform_rows import ENDS, Material, PlatformRows, cable_robot_of
 from robocal.measure.cable.winch_tensions import WinchTensions
 from robocal.measure.data import Observations
 from robocal.measure.machine import Model

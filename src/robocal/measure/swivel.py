@@ -18,7 +18,8 @@ from robocal.cables.geometry import WHEEL, CableRobot
 from robocal.errors import ModelError
 from robocal.measure.bearing import wrap
 from robocal.measure.builder import Builder
-from robocal.measure.cable.platform_rows import ENDS, PlatformRows, cable_names, cable_robot_of, material_parameters
+from robocal.measure.cable.cable_names import cable_names
+from robocal.measure.cable.platform_rows import ENDS, PlatformRows, cable_robot_of, material_parameters
 from robocal.measure.data import Observations
 from robocal.measure.machine import Model
 from robocal.measure.rows import Kind, Number, Rows, numbers, register

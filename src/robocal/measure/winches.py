@@ -18,7 +18,7 @@ import numpy as np
 from robocal._record import replace
 from robocal._types import Array
 from robocal.measure.builder import Builder
-from robocal.measure.cable.platform_rows import cable_names
+from robocal.measure.cable.cable_names import cable_names
 from robocal.measure.cable.winch_tensions import FRICTION, KT, RATIO, friction_columns, ratio_of, winch_names
 from robocal.measure.data import Observations
 from robocal.measure.load import BODY, LoadRows, of_platform

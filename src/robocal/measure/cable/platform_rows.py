@@ -17,7 +17,7 @@ from robocal.measure.data import Observations
 from robocal.measure.machine import Model
 from robocal.measure.rows import SightRows
 
-__all__ = ["ENDS", "Material", "PlatformRows", "cable_names", "cable_robot_of", "material_parameters"]
+__all__ = ["ENDS", "Material", "PlatformRows", "cable_robot_of", "material_parameters"]
 
 EVERY = slice(None)
 ENDS = ("ax", "ay", "az", "bx", "by", "bz")
@@ -29,14 +29,6 @@ def cable_robot_of(model: Model, what: str) -> CableRobot:
     if robot is None:
         raise ModelError(f"{what} need a cable robot", found=model.name, expected="kind: cable")
     return robot
-
-
-def cable_names(obs: Observations, what: str) -> tuple[str, ...]:
-    """The names of the cables that some observations state. Raises ModelError where they state none; `what` needs them."""
-    names = obs.options.get("cables")
-    if not isinstance(names, tuple) or not names:
-        raise ModelError(f"{what} need the names of the cables", key=obs.label, expected="options['cables']")
-    return names
 
 
 class PlatformRows(SightRows):

@@ -12,7 +12,7 @@ import numpy as np
 from robocal._record import record
 from robocal._types import Array, Ints
 from robocal.measure.builder import Builder
-from robocal.measure.cable.platform_rows import cable_names
+from robocal.measure.cable.cable_names import cable_names
 from robocal.measure.data import Observations
 
 __all__ = ["FRICTION", "KT", "RATIO", "WinchTensions", "friction_columns", "ratio_of", "winch_names"]
