@@ -3,8 +3,8 @@
 law (LAW,): numbers by the indices below. cables (p, 14): segments of `cable_table` whose zeros (column 6) make wound(angle) a length;
 rows (d,): freedoms. body (4,): newtons and centre of the weight. bounds (3, m): least, greatest and reference tension. winches (m, 6):
 radius (m), growth (m/rad), gear, K_t (m), torque limit (N m) and elasticity (1/N). now (p, 14) and drum (m, 6): cables and winches in
-effect, which follow those at a pace. tables (2, m, k + 1): torque that motors ask for over a turn as they let out and as they wind in;
-k = 0: none.
+effect, which follow those at a pace. tables (2, m, k + 1): torque that turns motors towards greater angles over a turn, as they let
+out and as they wind in; k = 0: none.
 memory (MEMORY + EACH m,): what is remembered, by the indices below. seen (m,): angles of the motors (rad); sensed (m,): tensions of
 sensors (N), not a number where there is none. torque (m,): what winds cable in (N m).
 """
@@ -17,10 +17,10 @@ import numpy as np
 
 from robocal._jit import kernel
 from robocal.cables.polytope._kernels import FOUND
-from robocal.cables.single._kernels import held, moved, put, rigid, slopes, squares
+from robocal.cables.single._kernels import choose, moved, put, rigid, slopes, squares
 from robocal.control._kernels import pid_step
+from robocal.control.trapezoid._kernels import approach, gate, turn_towards
 from robocal.estimate._kernels import backward, cholesky, forward
-from robocal.geometry._kernels import vector_from_rotation
 
 # law
 PERIOD, SPEED, ACCELERATION, TURN_SPEED, TURN_ACCELERATION, LOOP = 0, 1, 2, 3, 4, 5
@@ -28,7 +28,6 @@ STOP, GO, TURN_STOP, TURN_GO, ROTATION, SPACE, PATH = 6, 7, 8, 9, 10, 11, 12
 KP, KI, KD, FILTER, EFFORT, SPEED_FILTER = 13, 14, 15, 16, 17, 18
 METHOD, POWER, PACE, RESIDUAL, FOLLOW, LEAST, MOST, PATIENCE, STRETCH, BLEND = 19, 20, 21, 22, 23, 24, 25, 26, 27, 28
 LAW = 29
-LOGARITHM, PROJECTION = 0, 1  # ROTATION
 POSE, JOINTS = 0, 1  # SPACE
 LINE, AXES = 0, 1  # PATH
 # memory: pose (16,), twist (6,), and so on; then for each cable
@@ -64,66 +63,6 @@ EACH = 12
 # why it stopped
 RUNNING, UNHELD, LOST, UNMATCHED, UNFOLLOWED, LOW, HIGH, NO_TARGET = 0, 1, 2, 3, 4, 5, 6, 7
 FALL = 0.05  # s: over which the least tension follows what the motors do beside it
-SHARE = 8.0  # of an edge: the width of its sigmoid
-
-
-@kernel(inline=True)
-def stop_speed(distance, acceleration, period, loop):
-    """The speed of the next period from which steps of `acceleration` stop at a distance: (2.11) in discrete time."""
-    half = 0.5 * acceleration * period
-    speed = math.sqrt(2.0 * acceleration * distance + half * half) - half
-    return min(speed, loop * distance, distance / period)
-
-
-@kernel(inline=True)
-def gate(distance, moving, stop, go):
-    """Factor of the distance: a sigmoid about `stop` while it moves, about `go` while it stands."""
-    edge = stop if moving != 0.0 else go
-    x = SHARE * (distance / edge - 1.0)
-    return 1.0 / (1.0 + math.exp(-x)) if x < 40.0 else 1.0
-
-
-@kernel(inline=True)
-def approach(way, first, count, axes, most, acceleration, period, loop, factor, speed):
-    """speed[first : first + count] <- the next one towards the end of `way`, within `most` and `acceleration`: along a line, or each
-    component by itself."""
-    size = 0.0
-    for i in range(first, first + count):
-        size += way[i] * way[i]
-    size = math.sqrt(size)
-    change = 0.0
-    for i in range(first, first + count):
-        if axes:
-            wanted = min(most, stop_speed(factor * abs(way[i]), acceleration, period, loop))
-            wanted = math.copysign(wanted, way[i])
-            step = wanted - speed[i]
-            speed[i] += min(acceleration * period, max(-acceleration * period, step))
-        else:
-            wanted = min(most, stop_speed(factor * size, acceleration, period, loop))
-            wanted = wanted * way[i] / size if size > 0.0 else 0.0
-            way[i] = wanted - speed[i]
-            change += way[i] * way[i]
-    if not axes:
-        change = math.sqrt(change)
-        part = min(1.0, acceleration * period / change) if change > 0.0 else 0.0
-        for i in range(first, first + count):
-            speed[i] += part * way[i]
-    return size
-
-
-@kernel
-def turn_towards(goal, pose, kind, relative, out):
-    """out (3,) <- the rotation vector that turns `pose` (4, 4) into `goal`, base axes: the logarithm of Q Q~^T; or the projection of Q
-    on the rates that Q~ can have, whose length is the sine of the angle."""
-    for i in range(3):
-        for k in range(3):
-            relative[i, k] = goal[i, 0] * pose[k, 0] + goal[i, 1] * pose[k, 1] + goal[i, 2] * pose[k, 2]
-    if kind == PROJECTION:
-        out[0] = 0.5 * (relative[2, 1] - relative[1, 2])
-        out[1] = 0.5 * (relative[0, 2] - relative[2, 0])
-        out[2] = 0.5 * (relative[1, 0] - relative[0, 1])
-    else:
-        vector_from_rotation(relative, out)
 
 
 @kernel(inline=True)
@@ -136,20 +75,24 @@ def wind(winches, c, angle):
 @kernel(inline=True)
 def follow(cables, winches, seen, pace, now, drum):
     """now, drum <- the tables in effect one period on: on a straight way, no place and no length by more than `pace`."""
-    most = 0.0
+    differs = False
     for i in range(cables.shape[0]):
         for k in range(11):
-            most = max(most, abs(cables[i, k] - now[i, k]))
-    if most > 0.0:
+            differs = differs or cables[i, k] != now[i, k]
+    if differs:
+        most = 0.0
+        for i in range(cables.shape[0]):
+            for k in range(11):
+                most = max(most, abs(cables[i, k] - now[i, k]))
         part = min(1.0, pace / most)
         for i in range(cables.shape[0]):
             for k in range(11):
                 now[i, k] = cables[i, k] if part == 1.0 else now[i, k] + part * (cables[i, k] - now[i, k])
     for c in range(winches.shape[0]):
-        other = False
-        for k in range(6):
-            other = other or winches[c, k] != drum[c, k]
-        if other:
+        if (
+            winches[c, 0] != drum[c, 0] or winches[c, 1] != drum[c, 1] or winches[c, 2] != drum[c, 2]
+            or winches[c, 3] != drum[c, 3] or winches[c, 4] != drum[c, 4] or winches[c, 5] != drum[c, 5]
+        ):  # fmt: skip
             change = abs(wind(winches, c, seen[c]) - wind(drum, c, seen[c]))
             part = min(1.0, pace / change) if change > 0.0 else 1.0
             for k in range(6):
@@ -244,7 +187,7 @@ def control_step(law, cables, rows, body, bounds, winches, tables, goal, seen, s
             twist[i] = 0.0
         return
     aim(law, goal, pose, slope, rows, way, turn, memory, twist, each)
-    hold_up(law, rows, body, bounds, pose, now, memory, each, full)
+    hold_up(law, rows, body, bounds, pose, slope, memory, each, full)
     for c in range(m):
         radius = (drum[c, 0] + drum[c, 1] * seen[c] / drum[c, 2]) / drum[c, 2]
         wanted = each[JOINT_SPEED, c] / radius
@@ -256,18 +199,18 @@ def control_step(law, cables, rows, body, bounds, winches, tables, goal, seen, s
         each[INTEGRAL, c], each[ERROR, c], each[RATE, c] = integral, last, rate
         each[PUSH, c] += period / (FALL + period) * (effort / drum[c, 3] - each[PUSH, c])
         # a motor never pushes its cable out: it only pulls less
-        raw = max(0.0, drum[c, 3] * each[TENSION, c] - effort) + asked(tables, c, seen[c], wanted, law[BLEND])
+        raw = max(0.0, drum[c, 3] * each[TENSION, c] - effort) - asked(tables, c, seen[c], wanted, law[BLEND])
         torque[c] = min(drum[c, 4], max(-drum[c, 4], raw))
         each[LATE, c] = each[LATE, c] + period if abs(error) > law[FOLLOW] else 0.0
         if each[LATE, c] > law[PATIENCE]:
             note(memory, UNFOLLOWED, float(c), error)
         change = drum[c, 5] * each[TENSION, c] * (length[c] + now[c, 6]) - each[FIRST, c] - each[STRAIN, c]
         each[STRAIN, c] += period / (FALL + period) * change
-    cut(slope, rows, a, g, drum, each[INTEGRAL], r)
+    cut(j, a, g, drum, each[INTEGRAL], r)
     judge_tensions(law, sensed, memory)
 
 
-@kernel
+@kernel(inline=True)
 def aim(law, goal, pose, slope, rows, way, turn, memory, twist, each):
     """twist (6,) and the speeds of the cables <- the next ones on the way to a goal; a stop brakes them."""
     m, d, period = slope.shape[0], rows.shape[0], law[PERIOD]
@@ -277,11 +220,12 @@ def aim(law, goal, pose, slope, rows, way, turn, memory, twist, each):
         turn_towards(goal, pose, int(law[ROTATION]), turn, way[3:])
         for i in range(3):
             way[i] = goal[i, 3] - pose[i, 3]
-        for i in range(6):
-            free = False
-            for c in range(d):
-                free = free or rows[c] == i
-            way[i] = way[i] if free else 0.0
+        if d < 6:
+            for i in range(6):
+                free = False
+                for c in range(d):
+                    free = free or rows[c] == i
+                way[i] = way[i] if free else 0.0
     far = math.sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2])
     turned = math.sqrt(way[3] * way[3] + way[4] * way[4] + way[5] * way[5])
     memory[LEFT], memory[LEFT_TURN] = far, turned
@@ -309,18 +253,25 @@ def aim(law, goal, pose, slope, rows, way, turn, memory, twist, each):
             each[JOINT_SPEED, c] = s
 
 
-@kernel
-def hold_up(law, rows, body, bounds, pose, now, memory, each, full):
+@kernel(inline=True)
+def hold_up(law, rows, body, bounds, pose, slope, memory, each, full):
     """The tensions in `each` <- those that hold the platform; the least of a cable is above what its motor lets go beside them."""
-    m = bounds.shape[1]
-    lifted, still = np.empty((3, m)), np.zeros(6)
+    m, d = bounds.shape[1], rows.shape[0]
+    lifted, w, load = np.empty((3, m)), np.empty((1, d, m)), np.empty((1, d))
+    x = pose[0, 0] * body[1] + pose[0, 1] * body[2] + pose[0, 2] * body[3]
+    y = pose[1, 0] * body[1] + pose[1, 1] * body[2] + pose[1, 2] * body[3]
+    for i in range(d):
+        row = rows[i]
+        load[0, i] = -body[0] if row == 2 else (-y * body[0] if row == 3 else (x * body[0] if row == 4 else 0.0))
+        for c in range(m):
+            w[0, i, c] = -slope[c, row]
     for c in range(m):
         most = max(bounds[0, c], 0.5 * (bounds[0, c] + bounds[1, c]))
         lifted[0, c] = min(bounds[0, c] + max(0.0, each[PUSH, c]), most)
         lifted[1, c], lifted[2, c] = bounds[1, c], bounds[2, c]
-    code = held(pose, still, now, rows, body, lifted, int(law[METHOD]), law[POWER], full)
+    code = choose(w, load, lifted, int(law[METHOD]), law[POWER], full)
     if code != FOUND:
-        code = held(pose, still, now, rows, body, bounds, int(law[METHOD]), law[POWER], full)
+        code = choose(w, load, bounds, int(law[METHOD]), law[POWER], full)
     if code == FOUND:
         for c in range(m):
             each[TENSION, c] += law[PERIOD] / (FALL + law[PERIOD]) * (full[c] - each[TENSION, c])
@@ -328,27 +279,27 @@ def hold_up(law, rows, body, bounds, pose, now, memory, each, full):
         note(memory, UNHELD, -1.0, float(code))
 
 
-@kernel
-def cut(slope, rows, a, g, drum, integral, r):
+@kernel(inline=True)
+def cut(j, a, g, drum, integral, r):
     """integral (m,) <- the part of it that moves the platform: what only strains it is left out. a (d, d) is the factor of j^T j."""
-    m, d = slope.shape[0], rows.shape[0]
+    m, d = j.shape
     for c in range(m):
         r[c] = integral[c] / drum[c, 3]
     for i in range(d):
         s = 0.0
         for c in range(m):
-            s += slope[c, rows[i]] * r[c]
+            s += j[c, i] * r[c]
         g[i] = s
     forward(a, d, g)
     backward(a, d, g)
     for c in range(m):
         s = 0.0
         for i in range(d):
-            s += slope[c, rows[i]] * g[i]
+            s += j[c, i] * g[i]
         integral[c] = s * drum[c, 3]
 
 
-@kernel
+@kernel(inline=True)
 def judge_tensions(law, sensed, memory):
     """Stops where sensors have shown a tension beyond its limits for longer than is borne."""
     low = high = -1

@@ -34,6 +34,7 @@ from robocal.cables.prepared import Drums, Prepared
 from robocal.cables.single._kernels import held, slopes
 from robocal.control.pid import ControlLaw
 from robocal.control.platform import _kernels as kernels
+from robocal.control.trapezoid._kernels import LOGARITHM, PROJECTION
 from robocal.errors import ModelError, look_up, require
 
 __all__ = [
@@ -46,7 +47,7 @@ __all__ = [
     "platform_controller",
 ]
 
-ROTATIONS: Mapping[str, int] = MappingProxyType({"log": kernels.LOGARITHM, "projection": kernels.PROJECTION})
+ROTATIONS: Mapping[str, int] = MappingProxyType({"log": LOGARITHM, "projection": PROJECTION})
 SPACES: Mapping[str, int] = MappingProxyType({"pose": kernels.POSE, "joints": kernels.JOINTS})
 PATHS: Mapping[str, int] = MappingProxyType({"line": kernels.LINE, "axes": kernels.AXES})
 # Why a controller stopped, by the word of its state.
@@ -217,6 +218,15 @@ class PlatformController:
         cables[: len(self.winches), 6] = zeros
         return replace(self, cables=cables)
 
+    def change(self, prepared: Prepared, zeros: ArrayLike | None = None) -> PlatformController:
+        """The same with new parameters of the robot, for a controller that runs: its state goes on with them. zeros (m,):
+        lengths at angle 0 (None: as they are). Raises ModelError for another number of cables or of freedoms."""
+        known = prepared.arrays
+        _check(known.bounds, self.bounds.shape, "cables")
+        _check(known.rows, self.rows.shape, "degrees")
+        made = replace(self, cables=known.cables.copy(), body=known.body, bounds=known.bounds)
+        return made.with_zeros(self.zeros if zeros is None else zeros)
+
     def power_up(self, pose: ArrayLike, angles: ArrayLike) -> tuple[PlatformController, PlatformState]:
         """The controller whose zeros make encoders (m,) that show `angles` at a pose (4, 4) right, and its first state.
 
@@ -312,7 +322,7 @@ def platform_controller(
 SLOW = 0.1  # tolerance: rad/s of a motor; slower than this its direction is not sure, and tables of both are blended
 
 
-def _check(array: Array, shape: tuple[int, ...], key: str) -> None:
+def _check(array: Array | Ints, shape: tuple[int, ...], key: str) -> None:
     """Raises ModelError for an array of another shape, of which a kernel would read beyond the end."""
     if array.shape != shape:
         raise ModelError("an array of another shape", key=key, found=array.shape, expected=shape)

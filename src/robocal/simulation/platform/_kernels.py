@@ -205,6 +205,25 @@ def winch_push(winches, cogging, state, tension, torque, push, period):
         push[c] = (radius * tension[c] - torque[c] - resist(winches, cogging, c, state, now, period)) / winches[c, 3]
 
 
+@kernel(inline=True)
+def advance(
+    x, cables, body, free, load, winches, cogging, first, state, torque, tension, period, steps,
+    acting, ahead, push, rest, speed,
+):  # fmt: skip
+    """The steps of `winched` from the forces `acting` and the accelerations `push` at their beginning."""
+    m, half = cables.shape[0], 0.5 * period
+    for _ in range(steps):
+        for c in range(m):
+            state[c, 1] += half * push[c]
+            state[c, 0] += period * state[c, 1]
+        winch_rest(winches, state, first, rest, speed, push, half)
+        drift(x, acting, body, period)
+        kick(x, ahead, cables, body, free, load, rest, speed, tension, acting, period)
+        winch_push(winches, cogging, state, tension, torque, push, period)
+        for c in range(m):
+            state[c, 1] += half * push[c]
+
+
 @kernel
 def winched(x, cables, body, free, load, winches, cogging, first, state, torque, tension, period, steps):
     """state x of the platform and state (m, 4) of the motors after `steps` of `period` at torques (m,) in N m, tension (m,) with them.
@@ -220,17 +239,10 @@ def winched(x, cables, body, free, load, winches, cogging, first, state, torque,
     winch_rest(winches, state, first, rest, speed, push, 0.0)
     pull(x, cables, body, free, load, rest, speed, tension, acting)
     winch_push(winches, cogging, state, tension, torque, push, 0.0)
-    half = 0.5 * period
-    for _ in range(steps):
-        for c in range(m):
-            state[c, 1] += half * push[c]
-            state[c, 0] += period * state[c, 1]
-        winch_rest(winches, state, first, rest, speed, push, half)
-        drift(x, acting, body, period)
-        kick(x, ahead, cables, body, free, load, rest, speed, tension, acting, period)
-        winch_push(winches, cogging, state, tension, torque, push, period)
-        for c in range(m):
-            state[c, 1] += half * push[c]
+    advance(
+        x, cables, body, free, load, winches, cogging, first, state, torque, tension, period, steps,
+        acting, ahead, push, rest, speed,
+    )  # fmt: skip
 
 
 @kernel
@@ -249,6 +261,9 @@ def controlled(
     m = cables.shape[0]
     seen, sensed, torque, told = np.empty(m), np.empty(m), np.empty(m), np.empty(m)
     period, stood = law[0] / steps, 0
+    acting, ahead, push, rest, speed = np.empty(6), np.empty(13), np.zeros(m), np.empty(m), np.empty(m)
+    winch_rest(winches, state, first, rest, speed, push, 0.0)
+    pull(x, cables, body, free, load, rest, speed, tension, acting)
     for n in range(ticks):
         for c in range(m):
             shown = wiring[c, 0] * state[int(wiring[c, 3]), 0] + wiring[c, 1]
@@ -263,7 +278,11 @@ def controlled(
             for c in range(m):
                 state[c, 1] = 0.0  # brakes close
             return n
-        winched(x, cables, body, free, load, winches, cogging, first, state, torque, tension, period, steps)
+        winch_push(winches, cogging, state, tension, torque, push, 0.0)
+        advance(
+            x, cables, body, free, load, winches, cogging, first, state, torque, tension, period, steps,
+            acting, ahead, push, rest, speed,
+        )  # fmt: skip
         if (n + 1) % every == 0 and n // every < log.shape[0]:
             row = log[n // every]
             for i in range(13):

@@ -57,6 +57,18 @@ class Wiring:
         size = numbers[:, 2]
         return np.asarray(np.where(size > 0, np.floor(shown / np.where(size > 0, size, 1.0) + 0.5) * size, shown))
 
+    def sensed(self, driven: Driven) -> Array:
+        """What sensors of tension (m,) show, N; not a number where there is none."""
+        tension = driven.motion.tension
+        return np.where(np.broadcast_to(np.asarray(self.sensor, bool), tension.shape), tension, math.nan)
+
+    def torque(self, told: ArrayLike) -> Array:
+        """What the motors of the winches (m,) do when their channels are told so, N m."""
+        given = np.asarray(told, float)
+        out = np.empty(given.shape)
+        out[self.array(len(given))[:, 3].astype(int)] = np.asarray(self.way, float) * given
+        return out
+
 
 @record(eq=False)
 class FollowLog:
