@@ -78,7 +78,7 @@ class RigMotion:
 
     def ahead(self, pose: Array) -> Array:
         """Tensions (m,) near the preferred one that hold the believed platform at a pose."""
-        return closed_tension(self.believed, pose[None], self.world.spec.model.tensions.preferred_N)[0]
+        return np.asarray(closed_tension(self.believed, pose[None], self.world.spec.model.tensions.preferred_N)[0])
 
     def allows(self, pulls: Array) -> bool:
         """Whether tensions (m,) are within the limits of the controller."""
@@ -93,7 +93,7 @@ class RigMotion:
         controller, state = self._running
         d = self.world.spec.model.drives
         zeros = robot.zeros - self.first * d.drum_radius / d.gear
-        new = _controller(self.world, robot).with_zeros(zeros)
+        new = controller.change(Prepared(robot, method="mid"), zeros)
         seconds = float(np.abs(new.cables - state.now).max()) / MotionLimits().pace * new.period
         run = follow(new, state, self.plant, self.driven, self.home, seconds + SETTLE, wiring=self.wiring, every=EVERY)
         self._running = new, run.state
