@@ -12,6 +12,7 @@ import numpy as np
 from robocal._record import record, replace
 from robocal._types import Array
 from robocal.apply.verification import errors, relative
+from robocal.errors import require
 from robocal.files.cable.rig_spec import CableRigSpec, read_cable_rig
 from robocal.files.cable.write import describe_cable
 from robocal.files.images import encode_png
@@ -277,6 +278,8 @@ def _one(
     recording = motion.record_list(poses, "p", rng)
     if isinstance(recording, Stop):
         return remark_of_stop(recording, motion)
+    expected = "larger markers, more of them, or another marker_seen_if"
+    require(len(recording.corners) > 0, "the camera shows no marker at any pose", key="markers", expected=expected)
     folder = Path(o.output) / name
     written += write_files(folder, list_files(world, rough.zeros, recording))
     if recording.images:
