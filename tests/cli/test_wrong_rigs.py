@@ -58,7 +58,11 @@ WRONG = [
 ]
 
 
-# obeys: rig-drives rig-exchanged rig-reversed rig-encoder rig-weight
+# obeys: rig-drives
+# obeys: rig-exchanged
+# obeys: rig-reversed
+# obeys: rig-encoder
+# obeys: rig-weight
 @pytest.mark.parametrize(("wrong", "code", "numbers"), WRONG)
 def test_what_is_wrong_is_named(tmp_path, wrong, code, numbers):
     """`test_a_good_rig_goes` is the same rig once that is put right."""

@@ -164,6 +164,11 @@ OTHER |= dict.fromkeys(
     "target-size-contradicted".split(),
     "cli/test_hand_eye_advice.py",
 )
+OTHER |= dict.fromkeys(
+    "rig-drives rig-encoder rig-exchanged rig-infeasible rig-lengths-disagree rig-limits-left rig-reversed rig-slack rig-stopped "
+    "rig-weight".split(),
+    "cli/test_wrong_rigs.py",
+)
 OTHER |= {"rig-contradicted": "session/test_hand_eye_rig.py"}
 OTHER |= dict.fromkeys(
     "image-turned video-ends-early image-sizes-differ no-target-found no-marker-in-view one-marker-in-view other-dictionary dictionary-found "
