@@ -19,7 +19,9 @@ from robocal.front.robots import Arm as Arm
 from robocal.front.robots import robot as robot
 from robocal.front.verb_result import Found as Found
 from robocal.front.verb_result import Identified as Identified
+from robocal.session.pose_groups import AnovaResult as _verify_AnovaResult
 from robocal.session.prediction import Prediction as _predict_Prediction
+from robocal.session.verified_poses import Verified as _verify_Verified
 from robocal.studies.run import StudyOutputs as _study_StudyOutputs
 from robocal.verbs.check.result import Checked as _check_Checked
 from robocal.verbs.compensate.result import Compensated as _compensate_Compensated
@@ -29,8 +31,6 @@ from robocal.verbs.new.result import New as _new_New
 from robocal.verbs.plan.result import Planned as _plan_Planned
 from robocal.verbs.simulate import Simulated as _simulate_Simulated
 from robocal.verbs.validate.result import Validation as _validate_Validation
-from robocal.verbs.verify.result import AnovaResult as _verify_AnovaResult
-from robocal.verbs.verify.result import Verified as _verify_Verified
 from robocal.verbs.warm_up import WarmUp as _warm_up_WarmUp
 
 _Path = str | os.PathLike[str]

@@ -30,6 +30,7 @@ PATTERNS = {"search", "match", "fullmatch", "findall", "finditer", "sub", "subn"
 # Pure facts: nothing is to be done about them.
 FACTS = {
     "poses-from-points",
+    "rig-not-improved",
     # Guards: no file is known that leads to them, so no advice could be tried.
     *(Code.ENDED_ELSEWHERE, Code.FRAMES_NOT_CONVERGED, Code.NOT_FINITE, Code.PARTICLES_STUCK),
     *(

@@ -56,6 +56,10 @@ FINEST_ERROR = limit(1e-5, "m",
     "No arm repeats better: what is left below is rounding, or numbers that were computed.", "repeatability in data sheets (ISO 9283)")
 ROUNDING_MARGIN = limit(3.0, "times", "So many times what the digits carry are still nothing but rounding.")
 
+CABLE_RIG_CHANCE = limit(1e-6, "chance",
+    "A rig is stopped for nothing once in a million; what stops it is many sigma off.", "tests/cli/test_wrong_rigs.py")
+CABLE_RIG_STOP = limit(0.01, "chance",
+    "Where a motion failed something is wrong; one in a hundred is enough to say what.", "tests/cli/test_wrong_rigs.py")
 SLACK_LEAST = limit(4, "gross lengths", "Fewer of one cable are chance.", "tests/prove/test_slack.py")
 SLACK_SHARE = limit(0.9, "of the gross lengths", "So many are of the cable that hangs, and too long.", "tests/prove/test_slack.py")
 SLACK_SPAN = limit(0.6, "of the rows", "Gross rows of a drum that slipped are those of one end.", "tests/prove/test_segments_of_cables.py")

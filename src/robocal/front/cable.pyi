@@ -13,6 +13,7 @@ from robocal.session.cable.pose_list_result import Listed as _poses_Listed
 from robocal.session.cable.power_up_zeros import Rezeroed as _rezero_Rezeroed
 from robocal.session.cable.straightness_result import Straightness as _straightness_Straightness
 from robocal.session.cable.workspace_result import Workspace as _workspace_Workspace
+from robocal.session.commissioning.rig_commission import Commissioned as _rig_Commissioned
 from robocal.verbs.cable.contact.result import Motions as _contact_Motions
 from robocal.verbs.cable.forward.result import Poses as _forward_Poses
 from robocal.verbs.cable.require.result import Required as _require_Required
@@ -435,6 +436,44 @@ def straightness(
 
     Returns
     Found: result (Straightness, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
+    """
+
+def rig(
+    spec: _Given,
+    *,
+    output: _Path,
+    poses: int | None = None,
+    lists: int | None = None,
+    anchors: str | None = None,
+    images: bool = False,
+    seed: int = 0,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found[_rig_Commissioned]:
+    """Simulate the commissioning of a cable robot: from a rough geometry through a list of poses to a verified calibration.
+
+    A controller that believes the rough geometry moves the platform from X_0 to each pose and back. Lengths, tensions, corners of markers
+    and poses of an instrument are recorded, and `identify` makes a calibration of them. The controller gets it, and ten
+    further poses verify it. Each list has a folder with files that `identify`, `cable forward` and `verify` read.
+
+    Exit status 3 where the rig stopped, or a calibration is not trusted.
+
+    Takes
+    spec: rig.yaml: what the robot truly is, what its builder believes, camera, markers, instruments, poses.
+    output: Folder for the files of the rig, a folder for each list, and a page.
+    poses: Calibration poses of a list, 4 to 10000.  [default: as the file says]
+    lists: Lists of poses, each calibrated by itself, 1 to 26.  [default: as the file says]
+    anchors: How the builder knows the anchors: tape or beacons.  [default: as the file says]
+    images: Draw the images of the camera, and look for corners in them; otherwise corners are projected.
+    seed: Seed of all random draws, 0 or more.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Returns
+    Found: result (Commissioned, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
     remarks, trusted and written.
 
     Raises InputError: it names the argument, what was found and what was expected.
