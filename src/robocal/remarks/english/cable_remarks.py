@@ -305,7 +305,15 @@ class CableRemarks:
         "{pose}: the tension of {cable}, {tension:.3g}, does not carry its weight[; so at {more} more poses]",
         "Choose a greater tension there.",
     )
+    STRETCH_BEYOND = Phrase(
+        "{cable} is {share:.0%} longer under {tension:.3g}: a rope breaks before",
+        "Check the elasticity in the robot's file and its unit, and that of the tensions.",
+    )
+    SPAN_UNLIKE = Phrase(
+        "the level cable of the table is {span:.4g} long, the longest cable at the poses {longest:.4g}",
+        "Give --span in the robot file's unit of length.",
+    )
     TENSIONS_BEYOND = Phrase(
-        "the tensions of the list are {low:.4g~} to {high:.4g}, the robot's file allows {least:.4g~} to {most:.4g}",
+        "the tensions are {low:.4g~} to {high:.4g}, the robot's file allows {least:.4g~} to {most:.4g}",
         "Check the unit of the tensions, and the tension limits in the robot's file.",
     )
