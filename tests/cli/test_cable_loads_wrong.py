@@ -37,6 +37,18 @@ def standing(text):
     return "\n".join([head, *(f"{r.split(',')[0]},{37 + 0.1 * (i % 3)},4925" for i, r in enumerate(rows))]) + "\n"
 
 
+def shuffled(text):
+    """Every tension beside the sag of another load."""
+    head, *rows = text.splitlines()
+    tensions = np.random.default_rng(1).permutation([r.partition(",")[0] for r in rows])
+    return "\n".join([head, *(f"{t},{r.partition(',')[2]}" for t, r in zip(tensions, rows, strict=True))]) + "\n"
+
+
+def one_tension(text):
+    head, *rows = text.splitlines()
+    return "\n".join([head, *(f"10,{r.partition(',')[2]}" for r in rows)]) + "\n"
+
+
 def loads(folder, text, elasticity=2.5e-5):
     (folder / "loads.csv").write_text(text)
     return fit_loads([folder / "loads.csv"], 0.122, elasticity)
@@ -49,6 +61,7 @@ def codes(remarks):
 # obeys: loads-unlike
 # obeys: loads-copied
 # obeys: loads-unexplained
+# obeys: loads-scatter
 WRONG = {
     "kN, elongation": (elongations, lambda t: t.replace("[N]", "[kN]"), "loads-unlike"),
     "kN, sag": (sags, lambda t: t.replace("[N]", "[kN]"), "loads-unlike"),
@@ -56,6 +69,8 @@ WRONG = {
     "um for mm": (sags, lambda t: t.replace("sag [mm]", "sag [um]"), "loads-unlike"),
     "twice": (sags, lambda t: t + t.split("\n", 1)[1], "loads-copied"),
     "a gauge that stands": (sags, standing, "loads-unexplained"),
+    "shuffled": (sags, shuffled, "loads-scatter"),
+    "one tension for all": (sags, one_tension, "loads-scatter"),
 }
 
 

@@ -75,6 +75,7 @@ OTHER = {
     "drive-effort-size": "session/test_drive_wrong.py",
     "drive-unproven": "session/test_drive_wrong.py",
     "stretch-beyond": "cli/test_cable_loads_wrong.py",
+    "loads-scatter": "cli/test_cable_loads_wrong.py",
     "span-unlike": "cli/test_cable_loads_wrong.py",
     "torque-size": "session/test_torque_units.py",
     "torque-speed": "session/test_torque_units.py",

@@ -301,6 +301,10 @@ class CableRemarks:
         "with the tension the loads vary by {share:.0%} of what those of such a cable would (the fit of the {what})",
         "Check units and columns of the loads, and that each row is of one load.",
     )
+    LOADS_SCATTER = Phrase(
+        "the sags scatter by {share:.0%} around those that one weight makes at these tensions and spans",
+        "Check that each row is of one load: its sag, its tension and its span.",
+    )
     CABLE_HANGS_SLACK = Phrase(
         "{pose}: the tension of {cable}, {tension:.3g}, does not carry its weight[; so at {more} more poses]",
         "Choose a greater tension there.",
