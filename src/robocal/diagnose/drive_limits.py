@@ -18,6 +18,8 @@ SAME_PACE = limit(1.5, "times the slowest", "Sweeps at one speed differ by less;
 LEAST_PACE = limit(math.radians(0.1), "rad/s", "A turn would take an hour; milliseconds that are read as seconds make such a pace.")
 MOST_PACE = limit(math.radians(1000.0), "rad/s",
     "Three turns a second: no position loop follows cogging there; seconds that are read as milliseconds make such a pace.")
+SWEEP_EFFORT = limit({"A least": 1e-3, "A most": 100.0, "N m least": 1e-5, "N m most": 1000.0}, "A, N m",
+    "Cogging and friction of free motors, from the smallest to wind generators, lie between; milliamperes called amperes are often beyond.")
 AT_LIMIT = limit(0.01, "of the rows", "Noise lets an effort touch its largest value once; a limit of the drive holds many rows there.")
 QUICK_RIPPLE = limit(0.3, "rad/s (standard deviation)",
     "A led rotor slips by less; a rotor that runs through its cogging changes its speed by more.", "shared/data/cogging-motor")

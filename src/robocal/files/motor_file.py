@@ -11,6 +11,7 @@ eccentric: {cos: 0, sin: 0, unit: rad}
 friction: {offset: -0.0005, coulomb: 0.0537}
 orders: [{order: 72, cos: 0.18, sin: 0.03, sigma: 0.002}, ...]      # cos_change and sin_change: what each direction adds
 table: {forward: [...], reverse: [...]}                             # of the method seed: cells of equal width from 0, at their middles
+verdict: improved                 # or not_improved, refused: what its logs prove
 source: what it was made from
 """
 
@@ -52,6 +53,7 @@ class MotorFile:
     sigma: tuple[float, ...] = ()
     source: str = ""
     file: InputFile | None = None
+    verdict: str = ""  # improved, not_improved, refused; of a file that nobody identified there is none
 
     def curves(self, cells: int) -> Array:
         """Cogging (2, cells) at angles 0, 360/cells, ... deg, forward and reverse, without friction and offset."""
@@ -117,6 +119,7 @@ class MotorModel(FileModel):
     friction: LogFrictionModel
     orders: list[OrderModel] = Field(default_factory=list)
     table: TableModel | None = None
+    verdict: Literal["improved", "not_improved", "refused", ""] = ""
     source: str = ""
 
 
@@ -162,7 +165,7 @@ def read_motor(path: Path) -> MotorFile:
     sigma = tuple(o.sigma or float("nan") for o in m.orders)
     own = InputFile(place, document.sha256)
     return MotorFile(
-        m.name, UNITS[m.unit], cogging, m.friction.offset, m.friction.coulomb, table, constant, sigma, m.source, own
+        m.name, UNITS[m.unit], cogging, m.friction.offset, m.friction.coulomb, table, constant, sigma, m.source, own, m.verdict
     )  # fmt: skip
 
 
@@ -194,5 +197,7 @@ def motor_text(motor: MotorFile) -> str:
         lines.append("table:    # cells of equal width from 0, at their middles; friction is in them")
         for word, row in zip(("forward", "reverse"), motor.table, strict=True):
             lines.append(f"  {word}: [{', '.join(number(float(v)) for v in row)}]")
+    if motor.verdict:
+        lines.append(f"verdict: {motor.verdict}")
     lines.append(f"source: {quote(motor.source)}")
     return "\n".join(lines) + "\n"

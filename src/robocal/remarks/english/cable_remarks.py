@@ -301,11 +301,23 @@ class CableRemarks:
         "with the tension the loads vary by {share:.0%} of what those of such a cable would (the fit of the {what})",
         "Check units and columns of the loads, and that each row is of one load.",
     )
+    LOADS_SCATTER = Phrase(
+        "the sags scatter by {share:.0%} around those that one weight makes at these tensions and spans",
+        "Check that each row is of one load: its sag, its tension and its span.",
+    )
     CABLE_HANGS_SLACK = Phrase(
         "{pose}: the tension of {cable}, {tension:.3g}, does not carry its weight[; so at {more} more poses]",
         "Choose a greater tension there.",
     )
+    STRETCH_BEYOND = Phrase(
+        "{cable} is {share:.0%} longer under {tension:.3g}: a rope breaks before",
+        "Check the elasticity in the robot's file and its unit, and that of the tensions.",
+    )
+    SPAN_UNLIKE = Phrase(
+        "the level cable of the table is {span:.4g} long, the longest cable at the poses {longest:.4g}",
+        "Give --span in the robot file's unit of length.",
+    )
     TENSIONS_BEYOND = Phrase(
-        "the tensions of the list are {low:.4g~} to {high:.4g}, the robot's file allows {least:.4g~} to {most:.4g}",
+        "the tensions are {low:.4g~} to {high:.4g}, the robot's file allows {least:.4g~} to {most:.4g}",
         "Check the unit of the tensions, and the tension limits in the robot's file.",
     )

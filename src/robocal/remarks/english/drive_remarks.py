@@ -32,6 +32,10 @@ class DriveRemarks:
         "the log of {log} moves at {speed:.3g} deg/s: no sweep is led so {word}",
         "Correct the unit of the time; if it is right, sweep at about 3 deg/s.",
     )
+    DRIVE_EFFORT_SIZE = Phrase(
+        "the effort of {log} reaches {value:.3g} {unit}: no motor without a load asks for so {word}",
+        "Correct the unit of the effort.",
+    )
     DRIVE_AT_LIMIT = Phrase(
         "{share:.0%} of the rows of {log} stand at one effort, {value:.4g} {unit}: a limit of the drive cuts the curve off",
         "Raise the limit of the current, and sweep again.",
@@ -106,6 +110,10 @@ class DriveRemarks:
     )
     DRIVE_HELD_BACK = Phrase(
         "the log of {log}, at {speed:.3g} {unit}, is held back: the table alone explains {alone:.0%} of its effort"
+    )
+    DRIVE_UNPROVEN = Phrase(
+        "the table of {motor} is not proven: `robocal drive identify` called it {verdict}",
+        "Do as that run advises, and identify the motor again.",
     )
     DRIVE_OTHER_MOTOR = Phrase(
         "the log of {log} shows {gain:.2g} times the curve of this table, and harmonics of the same orders explain {best:.0%} of it: it is "

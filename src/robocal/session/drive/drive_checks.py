@@ -18,6 +18,7 @@ from robocal.diagnose.drive_limits import (
     QUICK_RIPPLE,
     READING_EXPLAINS,
     SLOTS_NAME,
+    SWEEP_EFFORT,
     TABLE_EXPLAINS,
     WEIGHT_MOST,
     WEIGHT_SEEN,
@@ -31,6 +32,7 @@ from robocal.remarks.remark import Remark
 from robocal.session.drive.drive_fit import HIGHEST, choose, highest_order, moments_of_sweeps
 
 __all__ = [
+    "check_better_reading",
     "check_coverage",
     "check_electrical",
     "check_motor",
@@ -67,6 +69,9 @@ def check_coverage(
         if not LEAST_PACE <= pace <= MOST_PACE:
             word = "slowly" if pace < LEAST_PACE else "fast"
             yield Remark.of(Code.DRIVE_PACE, log=part.name, speed=float(np.degrees(pace)), word=word), True
+        size = _effort_size(part)
+        if size is not None:
+            yield size, True
         cut = _cut_off(part)
         if cut is not None:
             yield cut, True
@@ -75,6 +80,17 @@ def check_coverage(
         slots, poles = made
         own = HIGHEST // 4 if slots is None or poles is None else lcm(slots, poles)
         yield Remark.of(Code.DRIVE_ORDERS_UNSEEN, places=places, highest=highest), highest < own
+
+
+def _effort_size(sweep: Sweep) -> Remark | None:
+    """An effort that no free motor asks for, by the tenth of its rows that is farthest from their middle; None where it may be one."""
+    value = float(np.quantile(np.abs(sweep.effort - np.median(sweep.effort)), 0.9))  # grid: of the rows
+    unit = sweep.unit
+    if value > SWEEP_EFFORT[f"{unit} most"] and not sweep.loaded:
+        return Remark.of(Code.DRIVE_EFFORT_SIZE, log=sweep.name, value=value, unit=unit, word="much")
+    if value < SWEEP_EFFORT[f"{unit} least"]:
+        return Remark.of(Code.DRIVE_EFFORT_SIZE, log=sweep.name, value=value, unit=unit, word="little")
+    return None
 
 
 def _cut_off(sweep: Sweep) -> Remark | None:
@@ -119,13 +135,28 @@ def _explained(sweep: Sweep) -> float:
 
 def check_reading(sweep: Sweep, share: float) -> Remark | None:
     """The other reading that explains what this one does not; None where there is none."""
-    tried = [(words, _explained(other)) for words, other in other_readings(sweep)]
-    words, best = max(tried, key=lambda t: t[1])
+    words, best = _best_reading(sweep)
     return (
         Remark.of(Code.DRIVE_OTHER_READING, change=words, other=best, share=max(share, 0.0))
         if best > READING_EXPLAINS
         else None
     )
+
+
+def _best_reading(sweep: Sweep) -> tuple[str, float]:
+    """What to change for the reading that a few orders explain best, and the share that they do."""
+    return max(((words, _explained(other)) for words, other in other_readings(sweep)), key=lambda t: t[1])
+
+
+def check_better_reading(sweep: Sweep, share: float, noise_share: float) -> Remark | None:
+    """The other reading that halves what this one leaves: low orders of a wrong turn explain much of a curve that its own orders explain.
+    Where noise is most of what is left, none is asked."""
+    if 1 - share <= NOISE_TIMES * noise_share:
+        return None
+    words, best = _best_reading(sweep)
+    if best <= READING_EXPLAINS or 1 - best >= ELECTRICAL_LEAVES * (1 - share):
+        return None
+    return Remark.of(Code.DRIVE_OTHER_READING, change=words, other=best, share=share)
 
 
 def check_share(log: DriveLog, sweep: Sweep, share: float) -> Remark | None:

@@ -14,6 +14,7 @@ from robocal.prove.verdict import Verdict, verdict_of
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.drive.drive_checks import (
+    check_better_reading,
     check_coverage,
     check_electrical,
     check_motor,
@@ -57,6 +58,8 @@ def judge_logs(
     if why is not None:
         other = check_reading(sweeps[0], share)
         verdict = verdict.instead("refused", other or why)
+    elif (other := check_better_reading(sweeps[0], share, noise_share)) is not None:
+        verdict = verdict.instead("refused", other)
     else:
         c = taken.motor.cogging
         warnings += check_motor(c.orders, c.amplitudes, *made)

@@ -11,9 +11,11 @@ from robocal.files.motor_file import MotorFile, read_motor
 from robocal.files.parts import Document, Origin
 from robocal.files.runfolder import obstacle
 from robocal.quantities import Listing, UnitValue
+from robocal.remarks.code import Code
+from robocal.remarks.remark import Remark
 from robocal.session.verb_base import VerbResult
 
-__all__ = ["DriveTable", "DriveTableDocument", "find_compensation"]
+__all__ = ["DriveTable", "DriveTableDocument", "doubt_motor", "find_compensation"]
 
 
 @record(kw_only=True)
@@ -69,6 +71,15 @@ def find_compensation(o: Any, command: str) -> DriveTable:
     motor = read_motor(place)
     table = compensation_table(motor, o.format, o.cells, o.unit, o.friction, o.torque_constant)
     inputs = () if motor.file is None else (motor.file,)
+    unproven = doubt_motor(motor)
     return DriveTable(
-        motor=motor, table=table, form=o.format, text=table_text(table, o.format), inputs=inputs, command=command
-    )
+        motor=motor, table=table, form=o.format, text=table_text(table, o.format), inputs=inputs, command=command,
+        reasons=() if unproven is None else (unproven,),
+    )  # fmt: skip
+
+
+def doubt_motor(motor: MotorFile) -> Remark | None:
+    """Why nobody should use the table of a motor: its identification did not prove it. None of one that was proven, or that is no run's."""
+    if motor.verdict in ("", "improved"):
+        return None
+    return Remark.of(Code.DRIVE_UNPROVEN, motor=motor.name, verdict=motor.verdict.replace("_", " "))

@@ -24,6 +24,7 @@ from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.report.sections import Section
+from robocal.session.drive.drive_table import doubt_motor
 from robocal.session.drive.table_share import Explained, best_shift, compensated_turns, explain
 from robocal.session.verb_base import VerbResult
 from robocal.session.watching import computable
@@ -149,6 +150,8 @@ def validate_drive(o: Any, command: str) -> DriveValidation:
         every = {n: {k: explain(m, log.sweep, used & (on == k)) for k in there} for n, m in motors.items()}
         parts = every.pop(name)
         warnings, reasons = _judge(motor, files[Path(o.motor)], log, used, on, parts)
+        if (unproven := doubt_motor(files[Path(o.motor)])) is not None:
+            (reasons if files[Path(o.motor)].verdict == "refused" else warnings).append(unproven)
     inputs = (*(f.file for f in files.values() if f.file is not None), *log.files)
     return DriveValidation(
         name=name, motor=motor, log=log, on=on, parts=parts, beside=every, warnings=tuple(warnings), reasons=tuple(reasons),

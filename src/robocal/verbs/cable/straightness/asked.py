@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from robocal._types import Array
+from robocal.cables.geometry import straight
 from robocal.cables.rope import Rope, rope
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.straightness import excess_of
 from robocal.cables.tension import distribute
-from robocal.diagnose.limits import TENSION_MASS
+from robocal.diagnose.limits import LOADS_UNLIKE, STRETCH_MOST, TENSION_MASS
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.pose_lists import CableList, read_platform_poses
@@ -64,7 +65,11 @@ def compute_straightness(o: Any, watch: Watch | None = None, command: str = "") 
         *(() if loads is None else (*loads.reading.warnings, *loads.notes)),
     ]
     tension, lost = _pulls(o, si, file, rows, poses, names)
-    reasons = (*lost, *_slack(file, names, poses, tension, weight), *(() if loads is None else loads.refused))
+    longest = float(np.nanmax(straight(robot, poses)[0]))
+    if si.span is not None and not longest / LOADS_UNLIKE < si.span < longest * LOADS_UNLIKE:
+        warnings.append(Remark.of(Code.SPAN_UNLIKE, span=Quantity(float(si.span)), longest=Quantity(longest)))
+    slack = _slack(file, names, poses, tension, weight)
+    reasons = (*lost, *slack, *_overstretched(file, ropes, tension), *(() if loads is None else loads.refused))
     inputs = [*statics.robot_inputs(file, o.robot)]
     if rows is not None:
         inputs.append(InputFile(Path(o.poses), rows.sha256))
@@ -133,8 +138,18 @@ def _slack(file: CableFile, names: tuple[str, ...], poses: Array, tension: Array
     return (Remark.of(Code.CABLE_HANGS_SLACK, pose=names[pose], cable=file.robot.cables[cable], **numbers),)
 
 
+def _overstretched(file: CableFile, ropes: tuple[Rope, ...], tension: Array) -> tuple[Remark, ...]:
+    """The cable that stretches most, where no rope stretches so much."""
+    strain = np.nan_to_num(np.stack([r.strain(tension[:, i]) for i, r in enumerate(ropes)], axis=1))
+    pose, cable = (int(v) for v in np.unravel_index(int(strain.argmax()), strain.shape))
+    if strain[pose, cable] <= STRETCH_MOST:
+        return ()
+    share, pull = float(strain[pose, cable]), Quantity(float(tension[pose, cable]), "N")
+    return (Remark.of(Code.STRETCH_BEYOND, cable=file.robot.cables[cable], share=share, tension=pull),)
+
+
 def _contradictions(file: CableFile, given: Array) -> tuple[Remark, ...]:
-    """Why tensions (k, m) in N of a list are in another unit than those of the robot's file."""
+    """Why tensions (k, m) in N are in another unit than those of the robot's file."""
     limits = file.robot.limits
     if limits is None:
         return ()
@@ -157,7 +172,8 @@ def _pulls(
             raise ModelError("tensions are given twice", key="--tension", found="columns of the list as well")
         if not si.tension > 0:
             raise ModelError("a slack cable is not straight", key="--tension", found=o.tension, expected="above 0")
-        return np.full(shape, float(si.tension)), ()
+        every = np.full(shape, float(si.tension))
+        return every, _contradictions(file, every)
     if given is not None:
         return given, _contradictions(file, given)
     robot = statics.robot_with_limits(file, si.limits)
