@@ -174,7 +174,8 @@ OTHER |= dict.fromkeys(
     "cli/test_hand_eye_advice.py",
 )
 OTHER |= dict.fromkeys(
-    "views-out-of-step readings-of-another marker-twice markers-exchanged sights-aside".split(), "cli/test_hand_eye_names.py"
+    "views-out-of-step readings-of-another marker-twice markers-exchanged sights-aside".split(),
+    "cli/test_hand_eye_names.py"
     "rig-drives rig-encoder rig-exchanged rig-infeasible rig-lengths-disagree rig-limits-left rig-reversed rig-slack rig-stopped "
     "rig-weight".split(),
     "cli/test_wrong_rigs.py",
