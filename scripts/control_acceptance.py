@@ -304,7 +304,7 @@ def part_stop() -> None:
         ("a goal outside", se3.displace(HOME, [2.3, 1.8, 0.9], np.zeros(3)), {}, SafeLimits(), np.zeros(6)),
         ("a goal that is no pose", np.full((4, 4), np.nan), {}, SafeLimits(), np.zeros(6)),
         ("swapped motors", far, {"winch": swap}, SafeLimits(), np.zeros(6)),
-        ("a motor turns the other way", far, {"way": 1 - 2 * one}, SafeLimits(), np.zeros(6)),
+        ("a motor turns the other way", far, {"sign": 1 - 2 * one}, SafeLimits(), np.zeros(6)),
         ("an encoder counts half", far, {"scale": 1 - 0.5 * one}, SafeLimits(), np.zeros(6)),
         (
             "something lifts it, sensors",

@@ -3,7 +3,7 @@
 law (LAW,): numbers by the indices below. cables (p, 14): segments of `cable_table` whose zeros (column 6) make wound(angle) a length;
 rows (d,): freedoms. body (4,): newtons and centre of the weight. bounds (3, m): least, greatest and reference tension. winches (m, 6):
 radius (m), growth (m/rad), gear, K_t (m), torque limit (N m) and elasticity (1/N). now (p, 14) and drum (m, 6): cables and winches in
-effect, which follow those at a pace. tables (2, m, k + 1): torque that turns motors towards greater angles over a turn, as they let
+effect, which follow those by at most a shift a period. tables (2, m, k + 1): torque that turns motors towards greater angles over a turn, as they let
 out and as they wind in; k = 0: none.
 memory (MEMORY + EACH m,): what is remembered, by the indices below. seen (m,): angles of the motors (rad); sensed (m,): tensions of
 sensors (N), not a number where there is none. torque (m,): what winds cable in (N m).
@@ -26,7 +26,7 @@ from robocal.estimate._kernels import backward, cholesky, forward
 PERIOD, SPEED, ACCELERATION, TURN_SPEED, TURN_ACCELERATION, LOOP = 0, 1, 2, 3, 4, 5
 STOP, GO, TURN_STOP, TURN_GO, ROTATION, SPACE, PATH = 6, 7, 8, 9, 10, 11, 12
 KP, KI, KD, FILTER, EFFORT, SPEED_FILTER = 13, 14, 15, 16, 17, 18
-METHOD, POWER, PACE, RESIDUAL, FOLLOW, LEAST, MOST, PATIENCE, STRETCH, BLEND = 19, 20, 21, 22, 23, 24, 25, 26, 27, 28
+METHOD, POWER, SHIFT, RESIDUAL, FOLLOW, LEAST, MOST, PATIENCE, STRETCH, BLEND = 19, 20, 21, 22, 23, 24, 25, 26, 27, 28
 LAW = 29
 POSE, JOINTS = 0, 1  # SPACE
 LINE, AXES = 0, 1  # PATH
@@ -73,8 +73,8 @@ def wind(winches, c, angle):
 
 
 @kernel(inline=True)
-def follow(cables, winches, seen, pace, now, drum):
-    """now, drum <- the tables in effect one period on: on a straight way, no place and no length by more than `pace`."""
+def follow(cables, winches, seen, shift, now, drum):
+    """now, drum <- the tables in effect one period on: on a straight way, no place and no length by more than `shift`."""
     differs = False
     for i in range(cables.shape[0]):
         for k in range(11):
@@ -84,7 +84,7 @@ def follow(cables, winches, seen, pace, now, drum):
         for i in range(cables.shape[0]):
             for k in range(11):
                 most = max(most, abs(cables[i, k] - now[i, k]))
-        part = min(1.0, pace / most)
+        part = min(1.0, shift / most)
         for i in range(cables.shape[0]):
             for k in range(11):
                 now[i, k] = cables[i, k] if part == 1.0 else now[i, k] + part * (cables[i, k] - now[i, k])
@@ -94,7 +94,7 @@ def follow(cables, winches, seen, pace, now, drum):
             or winches[c, 3] != drum[c, 3] or winches[c, 4] != drum[c, 4] or winches[c, 5] != drum[c, 5]
         ):  # fmt: skip
             change = abs(wind(winches, c, seen[c]) - wind(drum, c, seen[c]))
-            part = min(1.0, pace / change) if change > 0.0 else 1.0
+            part = min(1.0, shift / change) if change > 0.0 else 1.0
             for k in range(6):
                 drum[c, k] = winches[c, k] if part == 1.0 else drum[c, k] + part * (winches[c, k] - drum[c, k])
 
@@ -162,10 +162,10 @@ def control_step(law, cables, rows, body, bounds, winches, tables, goal, seen, s
     each = memory[MEMORY:].reshape((EACH, m))
     pose = memory[:16].reshape((4, 4))
     twist = memory[TWIST : TWIST + 6]
-    follow(cables, winches, seen, law[PACE], now, drum)
+    follow(cables, winches, seen, law[SHIFT], now, drum)
     for c in range(m):
         wanted = each[STRAIN, c] if law[STRETCH] != 0.0 else 0.0
-        each[MEND, c] += min(law[PACE], max(-law[PACE], wanted - each[MEND, c]))
+        each[MEND, c] += min(law[SHIFT], max(-law[SHIFT], wanted - each[MEND, c]))
         length[c] = wind(drum, c, seen[c]) + each[MEND, c]
         quick = (seen[c] - each[ANGLE, c]) / period
         each[ANGLE, c] = seen[c]

@@ -7,7 +7,7 @@
 
 goal (4, 4): pose of the platform; angles (m,): angles of the motors in rad as encoders show them, growing as cable runs out. `tension`
 (m,) in N are sensors in the loop, not a number where there is none. `controller.change(prepared)` gives new parameters to a running
-controller: the state goes on with them, and no place moves by more than `pace` in a period. `simulation.platform.rig_run.follow` is the
+controller: the state goes on with them, and no place moves by more than `shift` in a period. `simulation.platform.rig_run.follow` is the
 compiled loop of controller and plant over many periods.
 
     L = wound(angle) + l0      pose by two steps of Gauss and Newton      v <- trapezoid of what is left      dL = J v
@@ -63,7 +63,7 @@ class MotionLimits:
     """How a platform moves: speed and acceleration (m/s, m/s2; rad/s, rad/s2), and the gain (1/s) of the loop near the goal, at most one
     per period. It stands once within `stop` (m; `turn_stop` rad) of its goal, and goes again beyond `go`.
 
-    rotation "log" or "projection"; space "pose" or "joints"; path "line" or, each component by itself, "axes". pace: the most that a place
+    rotation "log" or "projection"; space "pose" or "joints"; path "line" or, each component by itself, "axes". shift: the most that a place
     or a length moves in a period as parameters change (m). Raises ModelError for what is none.
     """
 
@@ -79,10 +79,10 @@ class MotionLimits:
     rotation: str = "log"
     space: str = "pose"
     path: str = "line"
-    pace: float = 1e-5
+    shift: float = 1e-5
 
     def __post_init__(self) -> None:
-        numbers = ("speed", "acceleration", "turn_speed", "turn_acceleration", "gain", "stop", "turn_stop", "pace")
+        numbers = ("speed", "acceleration", "turn_speed", "turn_acceleration", "gain", "stop", "turn_stop", "shift")
         for key in numbers:
             value = getattr(self, key)
             require(value > 0, "not above zero", key=key, found=value, expected="above 0")
@@ -308,7 +308,7 @@ def platform_controller(
         kernels.STOP: move.stop, kernels.GO: move.go, kernels.TURN_STOP: move.turn_stop, kernels.TURN_GO: move.turn_go,
         kernels.ROTATION: ROTATIONS[move.rotation], kernels.SPACE: SPACES[move.space], kernels.PATH: PATHS[move.path],
         kernels.KP: law.kp, kernels.KI: law.ki, kernels.KD: law.kd, kernels.FILTER: law.filter_time, kernels.EFFORT: law.limit,
-        kernels.SPEED_FILTER: speed_filter, kernels.METHOD: known.method, kernels.POWER: known.power, kernels.PACE: move.pace,
+        kernels.SPEED_FILTER: speed_filter, kernels.METHOD: known.method, kernels.POWER: known.power, kernels.SHIFT: move.shift,
         kernels.RESIDUAL: guard.residual, kernels.FOLLOW: guard.follow, kernels.LEAST: guard.least, kernels.MOST: guard.most,
         kernels.PATIENCE: guard.patience, kernels.STRETCH: float(correct_stretch), kernels.BLEND: SLOW,
     }.items():  # fmt: skip

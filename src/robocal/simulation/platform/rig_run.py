@@ -30,14 +30,14 @@ HEAD = 28
 @record(eq=False)
 class Wiring:
     """How m channels of a controller are put to the winches, a number of each or of all: what an encoder shows per turn of its motor, where
-    it shows 0 (rad), counts per turn (0: exact), the winch it is on (None: its own), the way that the motor turns (1, -1), and whether
+    it shows 0 (rad), counts per turn (0: exact), the winch it is on (None: its own), the sign of its turns (1, -1), and whether
     its cable has a sensor of tension."""
 
     scale: ArrayLike = 1.0
     zero: ArrayLike = 0.0
     counts: ArrayLike = 0
     winch: ArrayLike | None = None
-    way: ArrayLike = 1.0
+    sign: ArrayLike = 1.0
     sensor: ArrayLike = False
 
     def array(self, count: int) -> Array:
@@ -47,7 +47,7 @@ class Wiring:
         require(once, "every winch has one channel", key="winch", found=winch.tolist(), expected=f"0 to {count - 1}")
         counts = np.asarray(self.counts, float)
         size = np.divide(2 * math.pi, counts, out=np.zeros(counts.shape), where=counts > 0)
-        columns = [self.scale, self.zero, size, winch, self.way, np.asarray(self.sensor, float)]
+        columns = [self.scale, self.zero, size, winch, self.sign, np.asarray(self.sensor, float)]
         return as_kernel_array(np.column_stack([np.broadcast_to(np.asarray(c, float), count) for c in columns]))
 
     def readings(self, driven: Driven) -> Array:
@@ -66,7 +66,7 @@ class Wiring:
         """What the motors of the winches (m,) do when their channels are told so, N m."""
         given = np.asarray(told, float)
         out = np.empty(given.shape)
-        out[self.array(len(given))[:, 3].astype(int)] = np.asarray(self.way, float) * given
+        out[self.array(len(given))[:, 3].astype(int)] = np.asarray(self.sign, float) * given
         return out
 
 
