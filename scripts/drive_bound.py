@@ -91,18 +91,25 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=SWEEPS)
     o = parser.parse_args()
     phase = np.random.default_rng(1).uniform(-np.pi, np.pi, len(ORDERS))
-    print(f"asked: the held-out share within {ASKED} points of the truth; chances are of all {SWEEPS} sweeps, sigma in points")
-    print("rows/s turns     rows   least sigma   formula   chance   simulated sigma   worst   beyond   of the same rows, worst")
+    print(
+        f"asked: the held-out share within {ASKED} points of the truth; chances are of all {SWEEPS} sweeps, sigma in points"
+    )
+    print(
+        "rows/s turns     rows   least sigma   formula   chance   simulated sigma   worst   beyond   of the same rows, worst"
+    )
     for rate, turns in ((50, 2), (100, 2), (50, 4), (50, 5), (100, 5)):
         least, formula = bound(rate, turns, phase)
         chance = (1 - 2 * norm.sf(ASKED / least)) ** SWEEPS
         new, same = simulate(rate, turns, o.seeds)
         print(
-            f"{rate:6} {turns:5} {len(rows(rate, turns)[0]):8} {least:13.4f} {formula:9.4f} {100 * chance:6.1f} % {np.sqrt(np.mean(new**2)):15.4f}"
-            f" {np.abs(new).max():10.3f} {int((np.abs(new) > ASKED).sum()):4} of {o.seeds} {np.abs(same).max():12.4f}"
+            f"{rate:6} {turns:5} {len(rows(rate, turns)[0]):8} {least:13.4f} {formula:9.4f} {100 * chance:6.1f} %"
+            f" {np.sqrt(np.mean(new**2)):15.4f} {np.abs(new).max():10.3f} {int((np.abs(new) > ASKED).sum()):4} of {o.seeds}"
+            f" {np.abs(same).max():12.4f}"
         )
     known, _ = bound(50, 2, phase, known_noise=True)
-    print(f"whoever were told the noise beforehand would have {known:.4f} at 50 rows/s and two turns; a log does not tell it")
+    print(
+        f"whoever were told the noise beforehand would have {known:.4f} at 50 rows/s and two turns; a log does not tell it"
+    )
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import robocal
 from robocal.front.calls import SIZE, docstring_of
-from robocal.verbs.option import Arg, OptionField, entries
+from robocal.verbs.option import Arg, Option, OptionField, entries
 from robocal.verbs.registry import GROUPS
 
 ROOT = Path(__file__).parent.parent / "src" / "robocal"
@@ -81,6 +81,11 @@ def _parameter(entry: OptionField) -> str:
         plain = "str | float"
     if getattr(entry.facts, "metavar", "") == SIZE:
         plain = "str | tuple[int, int]"
+    facts = entry.facts
+    if isinstance(facts, Option) and entry.kind is float and facts.unit:
+        plain = "float | str"  # a number with its unit
+    if isinstance(facts, Option) and entry.kind is str and (facts.numbers or "X,Y,Z" in facts.help):
+        plain = "str | Sequence[float | str]"
     if entry.several:
         plain = f"{plain} | Sequence[{plain}]"
     default = (

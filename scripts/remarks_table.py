@@ -22,6 +22,7 @@ TITLES = (
     "Images of a target",
     "Maps of markers, and cameras on robots",
     "Motors and their logs",
+    "A rig at power-up and on its way",
 )
 
 

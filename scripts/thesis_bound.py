@@ -4,7 +4,9 @@ Independent of robocal's estimators: the information of all corners, lengths and
 and of cable lengths that are written here. Errors are drawn from its inverse (Cramer and Rao) and judged as `thesis_rig.py` judges a run;
 verification poses are solved from lengths with new noise. Of the median over seeds it tells the range that chance leaves, and how
 often a best estimate would be at most what was asked. --slip tells the least slip of a cable that these data can show: a step of one
-cable's readings from a pose on is one more unknown. --floor states beside it that markers lie on a flat floor: heights within
+cable's readings from a pose on is one more unknown. --lens-known leaves nothing of the lens unknown, and --joint estimates the
+verification poses together with all else, from their lengths too: neither is anybody's to have, and both bound what a cleverer estimate
+could gain. --floor states beside it that markers lie on a flat floor: heights within
 1.5 mm and tilts within 0.3 deg, as the rig's file draws them.
 """
 
@@ -132,29 +134,48 @@ def inform(said, seed, case, floor, least):
     return a.T @ a + b.T @ b + np.diag(1 / prior**2), by_cable, sigma, rig, used, seat
 
 
-def foretell(said, seed, case, floor, least):
+def foretell(said, seed, given):
     """Every figure in draws, by name (DRAWS,)."""
-    information, _, _, rig, used, seat = inform(said, seed, case, floor, least)
+    information, _, _, rig, used, seat = inform(said, seed, given.case, given.floor, given.least)
     many, last = said["poses"]["calibration"], len(information)
+    if given.lens_known:
+        information[range(LENS, EYE), range(LENS, EYE)] += np.repeat([1e-3, 1e-7], 4) ** -2.0
+    if given.joint:
+        information = with_verification(information, *by_lengths(said, rig, rig.poses[many:], rig.tension[many:]))
     scale = 1 / np.sqrt(np.diag(information))
     root = np.linalg.cholesky(information * np.outer(scale, scale))
     rng = np.random.default_rng(seed)
-    errors = scipy.linalg.solve_triangular(root.T, rng.normal(size=(last, DRAWS)), lower=False) * scale[:, None]
+    errors = scipy.linalg.solve_triangular(root.T, rng.normal(size=(len(root), DRAWS)), lower=False) * scale[:, None]
     true = rig.poses[many:]
     to_pose, to_anchor, sigma = by_lengths(said, rig, true, rig.tension[many:])
     rows = []
     for e in errors.T:
         anchors, zeros = e[ANCHORS:ZEROS].reshape(8, 3), e[ZEROS:MARKERS]
         off = zeros - np.einsum("kci,ci->kc", to_anchor, anchors) + rng.normal(size=sigma.shape) * sigma
-        found = np.stack(
-            [turned(t, np.linalg.lstsq(j, r, rcond=None)[0]) for t, j, r in zip(true, to_pose, off, strict=True)]
-        )
+        step = [np.linalg.lstsq(j, r, rcond=None)[0] for j, r in zip(to_pose, off, strict=True)]
+        step = e[last:].reshape(-1, 6) if given.joint else step
+        found = np.stack([turned(t, s) for t, s in zip(true, step, strict=True)])
         place = {
             int(m): turned(rig.markers[m], e[MARKERS + 6 * seat[m] :][:6]) if seat[m] >= 0 else rig.markers[m]
             for m in used
         }
         rows.append(thesis_rig.judge(rig, place, rig.anchors + anchors, found, np.ones(len(true)), true))
     return {k: np.array([r[k] for r in rows]) for k in rows[0] if k != "predicted"}
+
+
+def with_verification(information, to_pose, to_anchor, sigma):
+    """The same with verification poses as unknowns, six each, and what their lengths say."""
+    last, count = len(information), len(to_pose)
+    out = np.zeros((last + 6 * count,) * 2)
+    out[:last, :last] = information
+    for k in range(count):
+        b = np.zeros((8, len(out)))
+        for c in range(8):
+            b[c, ANCHORS + 3 * c : ANCHORS + 3 * c + 3], b[c, ZEROS + c] = to_anchor[k, c], -1
+        b[:, last + 6 * k : last + 6 * k + 6] = to_pose[k]
+        b /= sigma[k, :, None]
+        out += b.T @ b
+    return out
 
 
 def slips(said, seed, case, floor, least):
@@ -209,6 +230,8 @@ def main():
     words.add_argument(
         "--slip", action="store_true", help="the least slip of a cable that can be told, and nothing else"
     )
+    words.add_argument("--lens-known", action="store_true", help="know the lens")
+    words.add_argument("--joint", action="store_true", help="estimate verification poses together with all else")
     given = words.parse_args()
     said = YAML(typ="safe").load(given.rig.read_text(encoding="utf-8"))
     if given.slip:
@@ -216,7 +239,7 @@ def main():
         return
     draws = []
     for seed in range(given.seeds):
-        draws.append(foretell(said, seed, given.case, given.floor, given.least))
+        draws.append(foretell(said, seed, given))
         middle = {k: float(np.median(v)) for k, v in draws[-1].items()}
         rms = np.sqrt(np.mean(draws[-1]["marker 0 mm"] ** 2))
         print(f"{seed}: {thesis_rig.figures(middle)}  marker 0 rms {rms:.2f}", flush=True)

@@ -6,6 +6,7 @@ Small motions (v, w) of cameras T_map_camera and markers T_map_marker along and 
 from __future__ import annotations
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from robocal.geometry import se3
 from robocal.vision.camera import image_of
@@ -39,49 +40,64 @@ class FirstOrder:
             t = se3.inverse(views)[sights.view] @ markers[sights.marker]
             return image_of(np.einsum("kij,kcj->kci", t[:, :3, :3], local[sights.marker]) + t[:, None, :3, 3], lens)
 
-        at, rows = pixels(cameras, there.poses, numbers), np.arange(len(sights.view))
-        self.j = np.zeros((*at.shape, 6 * self.count + self.lens + 6 * self.views))
-        for k in range(6):
-            for first, part, changed in (
-                (0, sights.marker, pixels(cameras, moved(there.poses, k), numbers)),
-                (6 * self.count + self.lens, sights.view, pixels(moved(cameras, k), there.poses, numbers)),
-            ):
-                self.j[rows, :, :, first + 6 * part + k] = (changed - at) / STEP
-        for i, number in enumerate(known):
+        def bent(number):
             lens = np.array(numbers)
             lens[number] += STEP
-            self.j[..., 6 * self.count + i] = (pixels(cameras, there.poses, lens) - at) / STEP
-        self.j = self.j.reshape(-1, self.j.shape[-1]) / sigma
-        self.shared = slice(0, 6 * self.count + self.lens)
-        self.numbers = slice(6 * self.count, 6 * self.count + self.lens)
+            return pixels(cameras, there.poses, lens)
+
+        six = np.arange(6)
+        at, first_lens, first_view = pixels(cameras, there.poses, numbers), 6 * self.count, 6 * self.count + self.lens
+        changed = [pixels(cameras, moved(there.poses, k), numbers) for k in six]
+        changed += [bent(number) for number in known]
+        changed += [pixels(moved(cameras, k), there.poses, numbers) for k in six]
+        columns = np.concatenate(
+            [
+                6 * sights.marker[:, None] + six,
+                np.tile(first_lens + np.arange(self.lens), (len(sights.view), 1)),
+                first_view + 6 * sights.view[:, None] + six,
+            ],
+            axis=1,
+        )
+        values = np.stack([(c - at) / STEP for c in changed], axis=-1) / sigma  # (k, 4, 2, 12 + lens)
+        rows = np.broadcast_to(np.arange(at.size).reshape(at.shape)[..., None], values.shape)
+        columns = np.broadcast_to(columns[:, None, None, :], values.shape)
+        shape = at.size, first_view + 6 * self.views
+        self.j = csr_array((values.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
+        self.shared = slice(0, first_view)
+        self.numbers = slice(first_lens, first_view)
 
     def solve(self, prior):
         """Of the map: prior covariance (k, k) of the lens. What is found, projected, is linear in noise and in what is stated."""
-        free = np.r_[6 : self.j.shape[1]]  # the first marker stands still; the projection below does not know which
-        information = self.j.T @ self.j
-        information[self.numbers, self.numbers] += np.linalg.inv(prior)
+        own = (self.j.T @ self.j).toarray()
+        free = np.r_[6 : len(own)]  # the first marker stands still; the projection below does not know which
+        information = own.copy()
+        self.stated = np.linalg.inv(prior)
+        information[self.numbers, self.numbers] += self.stated
         inverse = np.zeros_like(information)
         inverse[np.ix_(free, free)] = np.linalg.inv(information[np.ix_(free, free)])
         whole = np.eye(self.shared.stop)
         whole[: 6 * self.count, : 6 * self.count] = rigid_projector(self.there)
-        self.map_noise = whole @ (inverse @ self.j.T)[self.shared]
-        self.map_lens = whole @ (inverse[:, self.numbers] @ np.linalg.inv(prior))[self.shared]
+        self.map_gain = whole @ inverse[self.shared]
         self.covariance = whole @ inverse[self.shared, self.shared] @ whole.T
         # New images take map and lens for independent of each other.
         apart = self.covariance.copy()
         apart[self.numbers, : 6 * self.count] = apart[: 6 * self.count, self.numbers] = 0.0
-        weight = np.linalg.inv(apart + 1e-12 * np.eye(len(apart)) * (np.arange(len(apart)) < 6 * self.count))
-        information = self.j.T @ self.j
-        information[self.shared, self.shared] += weight
-        inverse = np.linalg.inv(information)
+        self.weight = np.linalg.inv(apart + 1e-12 * np.eye(len(apart)) * (np.arange(len(apart)) < 6 * self.count))
+        information = own.copy()
+        information[self.shared, self.shared] += self.weight
         cameras = slice(self.shared.stop, None)
-        self.view_noise = (inverse @ self.j.T)[cameras]
-        self.view_prior = (inverse[:, self.shared] @ weight)[cameras]
-        spread = self.view_noise @ self.view_noise.T + self.view_prior @ self.covariance @ self.view_prior.T
+        self.view_gain = np.linalg.inv(information)[cameras]
+        by_prior = self.view_gain[:, self.shared] @ self.weight
+        spread = self.view_gain @ own @ self.view_gain.T + by_prior @ self.covariance @ by_prior.T
         self.camera = np.stack([spread[6 * u : 6 * u + 6, 6 * u : 6 * u + 6] for u in range(self.views)])
         return self
 
     def errors(self, off, first, second):
-        """Of the cameras (V, 6), where the lens is stated off by (k,), from the noise of corners (n, 2) in both sets of images, px."""
-        shared = self.map_noise @ first.ravel() / self.sigma + self.map_lens @ off
-        return (self.view_noise @ second.ravel() / self.sigma + self.view_prior @ shared).reshape(-1, 6)
+        """Of the map (M, 6) and the cameras (V, 6), where the lens is stated off by (k,), from the noise of corners (n, 2) in both sets of
+        images, px."""
+        right = self.j.T @ first.ravel() / self.sigma
+        right[self.numbers] += self.stated @ off
+        shared = self.map_gain @ right
+        right = self.j.T @ second.ravel() / self.sigma
+        right[self.shared] += self.weight @ shared
+        return shared[: 6 * self.count].reshape(-1, 6), (self.view_gain @ right).reshape(-1, 6)

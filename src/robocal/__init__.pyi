@@ -19,7 +19,9 @@ from robocal.front.robots import Arm as Arm
 from robocal.front.robots import robot as robot
 from robocal.front.verb_result import Found as Found
 from robocal.front.verb_result import Identified as Identified
+from robocal.session.pose_groups import AnovaResult as _verify_AnovaResult
 from robocal.session.prediction import Prediction as _predict_Prediction
+from robocal.session.verified_poses import Verified as _verify_Verified
 from robocal.studies.run import StudyOutputs as _study_StudyOutputs
 from robocal.verbs.check.result import Checked as _check_Checked
 from robocal.verbs.compensate.result import Compensated as _compensate_Compensated
@@ -29,8 +31,6 @@ from robocal.verbs.new.result import New as _new_New
 from robocal.verbs.plan.result import Planned as _plan_Planned
 from robocal.verbs.simulate import Simulated as _simulate_Simulated
 from robocal.verbs.validate.result import Validation as _validate_Validation
-from robocal.verbs.verify.result import AnovaResult as _verify_AnovaResult
-from robocal.verbs.verify.result import Verified as _verify_Verified
 from robocal.verbs.warm_up import WarmUp as _warm_up_WarmUp
 
 _Path = str | os.PathLike[str]
@@ -227,7 +227,7 @@ def identify(
     leave_one_out: bool | None = None,
     keep_all: bool = False,
     iterations: int = 100,
-    tolerance: float | None = None,
+    tolerance: float | str | None = None,
     particles: int = 1000,
     bootstrap: int | None = None,
     seed: int = 0,
@@ -261,7 +261,7 @@ def identify(
     leave_one_out: Predict every configuration from all the others.  [default: up to 400 configurations]
     keep_all: Fit also parameters that the data cannot separate.
     iterations: Maximum number of iterations, 1 or more.  [default: 100]
-    tolerance: Stop where the greatest error of any measurement is no larger, in the robot file's unit of length, above 0.  [default: go to the minimum]
+    tolerance: Stop where the greatest error of any measurement is no larger, in the robot file's unit of length or its own, above 0.  [default: go to the minimum]
     particles: Number of particles, for method='particle', 50 to 100000.  [default: 1000]
     bootstrap: Draw the configurations N times again: intervals without a model of the noise.
     seed: Seed of all random draws, 0 or more.
@@ -348,21 +348,21 @@ def plan(
     output: _Path | None = None,
     poses: int | None = None,
     criterion: str = 'I',
-    accuracy: float | None = None,
+    accuracy: float | str | None = None,
     after: str | Sequence[str] = (),
     kind: str = 'position',
-    noise: float | None = None,
+    noise: float | str | None = None,
     frame: str = 'auto',
     draw: int = 5000,
     candidates: str | None = None,
     tests: str | None = None,
-    task: str | None = None,
-    box: str | None = None,
-    floor: float | None = None,
-    pedestal: str | None = None,
-    distance: str | None = None,
-    cone: float | None = None,
-    facing: float | None = None,
+    task: str | Sequence[float | str] | None = None,
+    box: str | Sequence[float | str] | None = None,
+    floor: float | str | None = None,
+    pedestal: str | Sequence[float | str] | None = None,
+    distance: str | Sequence[float | str] | None = None,
+    cone: float | str | None = None,
+    facing: float | str | None = None,
     seed: int = 0,
     force: bool = False,
     base: str | None = None,
@@ -379,21 +379,21 @@ def plan(
     output: Write poses.csv, data.yaml, plan.json and plan.html here.
     poses: How many poses, 1 to 500.  [default: enough]
     criterion: I: mean error at test poses; G: the largest; D, A, E, O1 to O5.  [default: 'I']
-    accuracy: Required mean error at test poses, in the robot file's unit of length, above 0.
+    accuracy: Required mean error at test poses, in the robot file's unit of length or its own, above 0.
     after: Continue from these measurements: their information counts.
     kind: What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, sphere, pixels.  [default: 'position']
-    noise: Standard deviation per axis, in the robot file's unit of length, 0 or more.  [default: 0.05 mm, converted]
+    noise: Standard deviation per axis, in the robot file's unit of length or its own, 0 or more.  [default: 0.05 mm, converted]
     frame: Pose of the base in the instrument frame: x,y,z,rx,ry,rz; auto: chosen; none: base coordinates.  [default: 'auto']
     draw: How many candidates to draw in the region, 20 to 100000.  [default: 5000]
     candidates: Choose from this list of poses (CSV with joint columns, data.yaml).
     tests: Predict at these poses, not at a sample.
-    task: Predict for the tool point inside x0,y0,z0,x1,y1,z1; measure at any allowed pose, in the robot file's unit of length.
-    box: Measure only with the tool point inside x0,y0,z0,x1,y1,z1, in the robot file's unit of length.
-    floor: Keep tool point and flange above this height over the base, in the robot file's unit of length.
-    pedestal: Keep both outside a cylinder of radius R up to height H around the base, in the robot file's unit of length.
-    distance: Keep the target this far from the instrument, in the robot file's unit of length.
-    cone: Keep the target within this angle of the instrument's z axis, in the robot file's unit of angle, above 0.
-    facing: Let the target's z axis point at the instrument within this angle, in the robot file's unit of angle, above 0.
+    task: Predict for the tool point inside x0,y0,z0,x1,y1,z1; measure at any allowed pose, in the robot file's unit of length or its own.
+    box: Measure only with the tool point inside x0,y0,z0,x1,y1,z1, in the robot file's unit of length or its own.
+    floor: Keep tool point and flange above this height over the base, in the robot file's unit of length or its own.
+    pedestal: Keep both outside a cylinder of radius R up to height H around the base, in the robot file's unit of length or its own.
+    distance: Keep the target this far from the instrument, in the robot file's unit of length or its own.
+    cone: Keep the target within this angle of the instrument's z axis, in the robot file's unit of angle or its own, above 0.
+    facing: Let the target's z axis point at the instrument within this angle, in the robot file's unit of angle or its own, above 0.
     seed: Seed of all random draws, 0 or more.
     force: Replace files that exist.
     base: First link of the chain in a URDF.
@@ -443,11 +443,11 @@ def simulate(
     poses: int = 80,
     at: str | None = None,
     kind: str | None = None,
-    noise: float | None = None,
-    angle_noise: float | None = None,
-    cable_noise: float | None = None,
-    length_error: float | None = None,
-    angle_error: float | None = None,
+    noise: float | str | None = None,
+    angle_noise: float | str | None = None,
+    cable_noise: float | str | None = None,
+    length_error: float | str | None = None,
+    angle_error: float | str | None = None,
     settings: str | Sequence[str] = (),
     frame: str = 'auto',
     fresh: int = 0,
@@ -465,11 +465,11 @@ def simulate(
     poses: Configurations drawn within the joint limits, or within the frame, 1 to 1000000.  [default: 80]
     at: Take the joint values of this data file or list of poses, or the platform's poses.
     kind: What is measured: position, pose, spherical, bearing, range, distance, displacement, relative_pose, point, plane, sphere, pixels; of a cable robot position or pose, beside its lengths.  [default: position; pose of a platform that turns]
-    noise: Standard deviation per axis, in the robot file's unit of length, 0 or more.  [default: 0.05 mm, converted]
-    angle_noise: The same for orientations, in the robot file's unit of angle, 0 or more.  [default: 0.1 mrad, converted]
-    cable_noise: Of the lengths of cables, in the robot file's unit of length, 0 or more.  [default: 0.5 mm, converted]
-    length_error: Standard deviation of true lengths around nominal ones, in the robot file's unit of length, 0 or more.  [default: 0.3 mm, converted; 10 mm of a cable robot's anchors and zeros]
-    angle_error: The same for angles, in the robot file's unit of angle, 0 or more.  [default: 1 mrad, converted]
+    noise: Standard deviation per axis, in the robot file's unit of length or its own, 0 or more.  [default: 0.05 mm, converted]
+    angle_noise: The same for orientations, in the robot file's unit of angle or its own, 0 or more.  [default: 0.1 mrad, converted]
+    cable_noise: Of the lengths of cables, in the robot file's unit of length or its own, 0 or more.  [default: 0.5 mm, converted]
+    length_error: Standard deviation of true lengths around nominal ones, in the robot file's unit of length or its own, 0 or more.  [default: 0.3 mm, converted; 10 mm of a cable robot's anchors and zeros]
+    angle_error: The same for angles, in the robot file's unit of angle or its own, 0 or more.  [default: 1 mrad, converted]
     settings: A true value, in the robot file's units; may be repeated.
     frame: Pose of the base in the instrument frame: x,y,z,rx,ry,rz; auto: chosen; none: base coordinates.  [default: 'auto']
     fresh: As many more configurations of the same robot, to validate with, 0 to 1000000.

@@ -30,6 +30,7 @@ PATTERNS = {"search", "match", "fullmatch", "findall", "finditer", "sub", "subn"
 # Pure facts: nothing is to be done about them.
 FACTS = {
     "poses-from-points",
+    "rig-not-improved",
     # Guards: no file is known that leads to them, so no advice could be tried.
     *(Code.ENDED_ELSEWHERE, Code.FRAMES_NOT_CONVERGED, Code.NOT_FINITE, Code.PARTICLES_STUCK),
     *(
@@ -55,6 +56,7 @@ FACTS = {
         Code.DRIVE_HELD_BACK,
         Code.DRIVE_LONE_ROWS,
         Code.DRIVE_NO_POSITION_TABLE,
+        Code.DRIVE_PART_COMPARED,
     ),
     *(Code.GAIN_ANYWAY, Code.RESTARTED, Code.BOOTSTRAP_SPREAD, Code.ELSEWHERE, Code.NO_EFFECT, Code.CANNOT_BE_TOLD),
     *(

@@ -22,7 +22,7 @@ class Cell:
     def __init__(self, a, b, seed, zeros=2.0, gain=0.01):
         self.rng = np.random.default_rng(seed)
         self.a, self.b = a + self.rng.normal(0, 0.01, a.shape), b
-        self.zeros = self.rng.uniform(-zeros, zeros, len(a))
+        self.zeros = self.first = self.rng.uniform(-zeros, zeros, len(a))
         self.gain = 1 + gain * self.rng.choice([-1.0, 1.0], len(a)) * self.rng.uniform(0.8, 1.2, len(a))
         self.tracker, self.target = self.stand(), self._motion(0.1, 1.0)
 

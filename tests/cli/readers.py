@@ -36,8 +36,8 @@ from robocal.files.targets import read_targets
 from robocal.files.templates import convention_chain, templates
 from robocal.files.text import read_text
 from robocal.session.inputs import open_machine
+from robocal.session.pose_groups import summarise_groups
 from robocal.session.runs import with_history
-from robocal.verbs.verify.result import summarise_groups
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 UR10 = catalog.get("ur10")

@@ -47,7 +47,12 @@ def test_tensions_of_a_run(rng):
     m = len(CABLES)
     names = {"w.kt": (0.5, None), "w.ratio": (40.0, None)}
     names |= {f"w.{c}.{s}": (0.0, v) for c in CABLES for s, v in (("coulomb", 0.1), ("viscous", 0.01))}
-    rows = [SimpleNamespace(name=n, nominal=a, identified=b) for n, (a, b) in names.items()]
+    names["w.ratio"] = (0.04, None)  # 1/mm
+    units = {"kt": "N m/A", "ratio": "1/mm", "coulomb": "N m", "viscous": "N m s/rad"}
+    rows = [
+        SimpleNamespace(name=n, nominal=a, identified=b, unit=units[n.rpartition(".")[2]])
+        for n, (a, b) in names.items()
+    ]
     run = SimpleNamespace(result=SimpleNamespace(parameters=rows))
     found = RunWinches.of(run, SimpleNamespace(cables=CABLES))
     current, speed = rng.uniform(1, 5, (3, m)), rng.choice([-0.01, 0.0, 0.01], (3, m))

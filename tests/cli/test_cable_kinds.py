@@ -15,6 +15,8 @@ from robocal.cables.cable_lengths import inverse
 from robocal.files.cable.cable_robot import read_cable
 from robocal.geometry import se3
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
 
 @pytest.fixture
 def place(tmp_path, monkeypatch):
@@ -80,3 +82,47 @@ def test_a_workspace_of_sums_is_computed(place):
     assert ran.status == 0 and "2 of 2 poses are held" in ran.said, ran.said
     page = Path("held/report.html").read_text()
     assert "M2 k" in page
+
+
+# obeys: carriages-not-read
+def test_carriages_that_moved_and_that_nobody_wrote_down_are_named(place):
+    """Half of the poses with the carriages elsewhere: zeros look reset, and the first reason is the rails."""
+    text = (EXAMPLES / "cable-kinds" / "rails.yaml").read_text().partition("calibrate:")[0]
+    Path("robot.yaml").write_text(f"{text}calibrate: {{free: [ax, ay, az, l0]}}\n")
+    robot, rng, n = read_cable("robot.yaml").robot, np.random.default_rng(4), 24
+    railed = [c for c in robot.cables if f"{c}.carriage" in robot.table]
+    pose = se3.from_vector(np.c_[rng.uniform(-0.5, 0.5, (n, 3)) + robot.home[:3, 3], rng.normal(0, 0.1, (n, 3))])
+    stood = np.where(np.arange(n)[:, None] < n // 2, 0.2, 0.2 + rng.uniform(0.0, 0.4, (n, len(railed))))
+    there = [
+        robot.with_values({f"{c}.carriage": s for c, s in zip(railed, row, strict=True)}) for row in stood.tolist()
+    ]
+    shown = np.concatenate([inverse(r, t[None])[0] for r, t in zip(there, pose, strict=True)])
+    shown += rng.normal(0, 2e-4, shown.shape)
+    seen = se3.to_vector(pose) + rng.normal(0, 1e-4, (n, 6))
+    titles = [[f"{c} [m]" for c in robot.cables], [f"rail_{c} [m]" for c in railed]]
+    _table("lengths.csv", [*titles[0], *titles[1]], np.c_[shown, stood])
+    _table("poses.csv", ["x [m]", "y [m]", "z [m]", "rx [rad]", "ry [rad]", "rz [rad]"], seen)
+    head = "robocal: 1\nconfiguration: {id: id}\n"
+    cables = (
+        f"kind: lengths\nfile: lengths.csv\nlengths: {{columns: [{', '.join(robot.cables)}], sigma: 2.0e-4, unit: m}}\n"
+    )
+    turned = "orientation: {columns: [rx, ry, rz], form: rotation_vector, sigma: 1.0e-4, unit: rad}\n"
+    read = "kind: pose\nfile: poses.csv\nposition: {columns: [x, y, z], sigma: 1.0e-4, unit: m}\n" + turned
+    Path("lengths.yaml").write_text(head + cables)
+    Path("poses.yaml").write_text(head + read)
+    first = robocal("identify", "robot.yaml", "lengths.yaml", "poses.yaml", "--json")
+    (said, *_) = first.document["verdict"]["remarks"]
+    assert first.status == 3 and said["code"] == "carriages-not-read", first.document["verdict"]
+    assert ", ".join(railed) in said["sentence"] and "carriage: {columns" in said["advice"]
+    line = (
+        f"carriage: {{columns: [{', '.join(f'rail_{c}' for c in railed)}], cables: [{', '.join(railed)}], unit: m}}\n"
+    )
+    Path("lengths.yaml").write_text(head + cables + line)
+    then = robocal("identify", "robot.yaml", "lengths.yaml", "poses.yaml", "--json").document
+    assert "carriages-not-read" not in {r["code"] for r in (*then["verdict"]["remarks"], *then["remarks"])}
+    assert then["verdict"]["status"] != "refused"
+
+
+def _table(file, titles, rows):
+    with Path(file).open("w", newline="") as out:
+        csv.writer(out).writerows([["id", *titles], *([f"p{i}", *row] for i, row in enumerate(rows.tolist()))])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,18 @@ def standing(text):
     return "\n".join([head, *(f"{r.split(',')[0]},{37 + 0.1 * (i % 3)},4925" for i, r in enumerate(rows))]) + "\n"
 
 
+def shuffled(text):
+    """Every tension beside the sag of another load."""
+    head, *rows = text.splitlines()
+    tensions = np.random.default_rng(1).permutation([r.partition(",")[0] for r in rows])
+    return "\n".join([head, *(f"{t},{r.partition(',')[2]}" for t, r in zip(tensions, rows, strict=True))]) + "\n"
+
+
+def one_tension(text):
+    head, *rows = text.splitlines()
+    return "\n".join([head, *(f"10,{r.partition(',')[2]}" for r in rows)]) + "\n"
+
+
 def loads(folder, text, elasticity=2.5e-5):
     (folder / "loads.csv").write_text(text)
     return fit_loads([folder / "loads.csv"], 0.122, elasticity)
@@ -48,6 +61,7 @@ def codes(remarks):
 # obeys: loads-unlike
 # obeys: loads-copied
 # obeys: loads-unexplained
+# obeys: loads-scatter
 WRONG = {
     "kN, elongation": (elongations, lambda t: t.replace("[N]", "[kN]"), "loads-unlike"),
     "kN, sag": (sags, lambda t: t.replace("[N]", "[kN]"), "loads-unlike"),
@@ -55,6 +69,8 @@ WRONG = {
     "um for mm": (sags, lambda t: t.replace("sag [mm]", "sag [um]"), "loads-unlike"),
     "twice": (sags, lambda t: t + t.split("\n", 1)[1], "loads-copied"),
     "a gauge that stands": (sags, standing, "loads-unexplained"),
+    "shuffled": (sags, shuffled, "loads-scatter"),
+    "one tension for all": (sags, one_tension, "loads-scatter"),
 }
 
 
@@ -163,3 +179,29 @@ def test_files_are_named_as_they_were_given(tmp_path, monkeypatch):
     Path("loads.csv").write_text("tension [N],sag [mm]\n10,37\n")
     ran = robocal("cable", "straightness", ROBOT, "--loads", "loads.csv")
     assert ran.status == 2 and "error: loads.csv, key span" in " ".join(ran.err.split())
+
+
+# obeys: tensions-beyond
+# obeys: stretch-beyond
+# obeys: span-unlike
+@pytest.mark.parametrize(
+    ("wrong", "right", "code", "status"),
+    [
+        (("--tension", "0.03"), ("--tension", "30"), "tensions-beyond", 3),  # kN
+        (("--tension", "30000"), ("--tension", "30"), "tensions-beyond", 3),  # mN
+        (("--tension", "30000"), ("--tension", "30"), "stretch-beyond", 3),
+        (("--span", "4.925"), ("--span", "4925"), "span-unlike", 3),  # m
+        (("--span", "4925000"), ("--span", "4925"), "span-unlike", 3),
+    ],
+)
+def test_options_in_another_unit_are_named(wrong, right, code, status):
+    ran = robocal("cable", "straightness", ROBOT, *wrong, "--json")
+    assert ran.status == status and code in {r["code"] for r in json.loads(ran.out)["remarks"]}
+    ran = robocal("cable", "straightness", ROBOT, *right, "--json")
+    assert ran.status == 0 and code not in {r["code"] for r in json.loads(ran.out)["remarks"]}
+
+
+def test_an_elasticity_that_no_rope_has_is_told(tmp_path):
+    (tmp_path / "robot.yaml").write_text(Path(ROBOT).read_text().replace("value: 2.5e-5", "value: 25"))
+    ran = robocal("cable", "straightness", tmp_path / "robot.yaml")
+    assert ran.status == 3 and "a rope breaks before" in " ".join(ran.out.split())

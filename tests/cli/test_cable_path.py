@@ -180,6 +180,47 @@ def test_the_program_contains_gains_and_zeros(path):
 
 
 def test_the_other_day_confirms_it_and_nothing_touches(path):
-    assert "mean error smaller by" in path.said["validate run"].out
+    said = path.said["validate run"].out
+    assert "mean error smaller by" in said
+    # What the builder asks for: where the platform is, by the lengths alone.
+    table = said.partition("position from lengths [mm]")[2].splitlines()
+    this, against = (
+        float(next(w for w in table if w.startswith(who)).removeprefix(who).split()[0])
+        for who in ("this robot", "against")
+    )
+    assert this < 2 and against > 5 * this, said
     assert "can be gone to their end" in path.said["cable contact"].out
     assert len(path.said) == 9  # `new` twice with other words, `cable poses` twice with the same: ten commands
+
+
+def test_check_says_in_one_sentence_what_nobody_can_see(path):
+    full = path.said["check cell/robot.yaml"].out
+    with chdir(path.home):
+        said = robocal("check", "cell/robot.yaml", "first/lengths.yaml", "first/poses.yaml", verbose=False).out
+    assert "no measurement shows the base along x" in said and "these 6 are not observable" in said
+    assert "cannot be separated" not in said
+    assert full.count("cannot be separated") == 6
+
+
+def test_zeros_that_nobody_named_are_found_and_the_line_is_told(path):
+    """Free `l0` in place of `zeros: NAME`: the nominal robot has no zeros to be compared with, and the first reason says so."""
+    free = path.home / "cell" / "l0.yaml"
+    free.write_text((path.home / "cell" / "robot.yaml").read_text().replace("az, gain]", "az, gain, l0]"))
+    data = path.home / "first" / "lengths.yaml"
+    bare = data.with_name("bare.yaml")
+    bare.write_text("".join(line for line in data.read_text().splitlines(True) if not line.startswith("zeros")))
+    poses = path.home / "first" / "poses.yaml"
+    lost = robocal("identify", free, bare, poses, "--json")
+    assert lost.status == 3 and "cables are off by" in lost.document["verdict"]["reasons"][0]
+    found = {p["name"]: p["identified"] for p in lost.document["parameters"]}
+    assert np.abs([found[f"c{i}.l0"] / 1e3 - z for i, z in enumerate(path.cell.first, 1)]).max() < 0.05
+    bare.write_text(bare.read_text() + "zeros: monday\n")
+    assert robocal("identify", free, bare, poses, "--json").document["verdict"]["status"] == "improved"
+
+
+@pytest.mark.parametrize("gain", ["1000", "0.001"])
+def test_a_gain_that_is_a_slip_of_the_unit_is_named(gain, path):
+    other = path.home / "cell" / "gain.yaml"
+    other.write_text((path.home / "cell" / "robot.yaml").read_text().replace("gain: 1}", f"gain: {gain}}}"))
+    ran = robocal("identify", other, *(path.home / "first" / n for n in ("lengths.yaml", "poses.yaml")))
+    assert ran.status == 2 and "disagree on the size of the robot" in ran.remarks, ran.remarks

@@ -127,7 +127,6 @@ def test_wrong_loads_are_refused_by_name(put, what, tmp_path):
         (("--tension", "0"), "a slack cable is not straight"),
         (("--span", "0"), "out of range"),
         (("--poses", "none.csv"), "none.csv"),
-        (("--tension", "1e9"), "no cable doubles its length"),
         (("--span", "4925", "--at", "0.001"), "no cable hangs by more than its span"),
     ],
 )
@@ -152,31 +151,12 @@ def test_cables_of_which_nobody_knows_the_weight(put):
     )
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        ("density: {value: 0.000122", "density: {value: 0", "every cable weighs something"),
-        ("elasticity: {value: 2.5e-5", "elasticity: {value: 0.025", "no cable doubles its length"),
-    ],
-)
-def test_cables_that_nobody_has(put, old, new, said):
+def test_a_cable_without_weight_is_refused(put):
     text = Path(ROBOT).read_text(encoding="utf-8")
-    assert old in text
-    ran = robocal("cable", "straightness", put("silly.yaml", text.replace(old, new)))
-    assert ran.status == 2 and said in " ".join(ran.err.split()), ran.err
-
-
-# obeys: span-unlike
-def test_a_span_in_another_unit_is_told():
-    for span, status in (("4.925", 3), ("4925", 0)):
-        ran = robocal("cable", "straightness", ROBOT, "--span", span, "--json")
-        assert ran.status == status and ("span-unlike" in ran.out) == (status == 3)
-
-
-def test_a_tension_far_beyond_the_limits_is_told():
-    for tension, status in (("20000", 3), ("200", 0)):
-        ran = robocal("cable", "straightness", ROBOT, "--tension", tension, "--json")
-        assert ran.status == status and ("tensions-beyond" in ran.out) == (status == 3)
+    assert "density: {value: 0.000122" in text
+    weightless = put("weightless.yaml", text.replace("density: {value: 0.000122", "density: {value: 0"))
+    ran = robocal("cable", "straightness", weightless)
+    assert ran.status == 2 and "every cable weighs something" in " ".join(ran.err.split()), ran.err
 
 
 # obeys: load-not-above

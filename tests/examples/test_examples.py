@@ -98,6 +98,7 @@ def test_every_command_is_tried():
         ("camera", 0),
         ("camera", 1),
         *(("cogging", i) for i in range(7)),
+        *(("commissioning", i) for i in range(3)),
         ("rv-2aj", 1),
         ("rv-2aj", 3),
         ("rv-2aj", 4),

@@ -108,6 +108,21 @@ def test_mujoco_rests_where_the_statics_rest(make, ea):
         assert np.abs(data.qpos - before).max() < 1e-9
 
 
+def test_drums_change_no_unstretched_length_and_are_told():
+    """Controls are 1 / unstretched length, whatever the sensors show; the first comment says what they show of it."""
+    plain, gain, growth = robot(), np.linspace(0.98, 1.02, 8), np.linspace(1e-4, 2e-4, 8)
+    wound = cable_robot(
+        "R & D <eight>", plain.a, plain.b, plain.zeros, gain=gain, build_up=growth,
+        elasticity=plain.elasticity, mass=plain.mass, com=plain.com, limits=plain.limits,
+    )  # fmt: skip
+    keys = [xml.fromstring(mjcf(m)).find("keyframe/key").attrib["ctrl"].split() for m in (plain, wound)]
+    assert np.allclose(*(np.array(k, float) for k in keys), rtol=1e-12, atol=0)
+    comment = mjcf(wound).partition("-->")[0]
+    said = [[float(w.split()[-1]) for w in c.split(", ")[1:]] for c in comment.split("zero:\n")[1].split(";")]
+    assert np.allclose(said, np.column_stack([wound.zeros, gain, growth]), rtol=1e-15, atol=0)
+    assert "gain y + build-up y^2 + zero" in comment
+
+
 @pytest.mark.parametrize(
     ("machine", "key"),
     [
@@ -136,6 +151,12 @@ def test_the_table_has_every_number_again(tmp_path):
     assert [r["cable"] for r in rows] == list(machine.cables)
     read = np.array([[float(v) for k, v in r.items() if k != "cable"] for r in rows])
     assert np.allclose(read, np.column_stack([machine.numbers, machine.elasticity]), rtol=1e-14, atol=0)
+
+
+def test_what_is_refused_names_the_file(tmp_path):
+    (tmp_path / "sags.yaml").write_text(describe_cable(robot(density=np.full(8, 0.1))), encoding="utf-8")
+    with pytest.raises(InputError, match=r"sags.yaml: key density|sags.yaml, key density"):
+        export(str(tmp_path / "sags.yaml"), form="mjcf")
 
 
 @pytest.mark.parametrize(("form", "key"), [("urdf", "--format"), ("offsets", "--format"), ("dh", "--format")])

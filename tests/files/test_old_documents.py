@@ -38,9 +38,10 @@ COMMANDS = {
     "verify": "verify tracker.csv robot.csv camera.csv",
     "workspace": "cable workspace cable/robot.yaml --cells 5 --rays 40",
 }
-# Sentences, what made it, paths; torques of joints, which are new; `units` and `wrenches` said once which units the numbers are in, which now stand beside them.
+# Sentences, what made it, paths; torques of joints and poses from lengths, which are new; `units` and `wrenches` said once which units the numbers are in, which now stand beside them.
 ASIDE = re.compile(
     r"provenance|inputs|written|warnings|remarks|reasons|combinations|notes|units|wrenches|source|robocal|torque"
+    r"|(position|orientation)_from_lengths"
 )
 # A unit in a key: of an amount, an area, a rate.
 WITH_UNIT = re.compile(r"_(m|mm|m2|m3|m_s2|rad|deg|mrad|N|Nm|kg|s|px|ppm|1_N|N_m|si)$")

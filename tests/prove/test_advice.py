@@ -30,6 +30,7 @@ QUICK = (
 )
 # Obeyed by a test of their own, above which a comment says so: `# obeys: CODE`.
 OTHER = {
+    "carriages-not-read": "cli/test_cable_kinds.py",
     "points-too-few": "session/test_measured_points.py",
     "points-apart": "session/test_measured_points.py",
     "points-without-places": "session/test_measured_points.py",
@@ -72,6 +73,13 @@ OTHER = {
     "drive-table-lost": "session/test_drive_logs.py",
     "drive-at-limit": "session/test_drive_traps.py",
     "drive-pace": "session/test_drive_traps.py",
+    "drive-effort-size": "session/test_drive_wrong.py",
+    "drive-unproven": "session/test_drive_wrong.py",
+    "stretch-beyond": "cli/test_cable_loads_wrong.py",
+    "loads-scatter": "cli/test_cable_loads_wrong.py",
+    "span-unlike": "cli/test_cable_loads_wrong.py",
+    "torque-size": "session/test_torque_units.py",
+    "torque-speed": "session/test_torque_units.py",
     "drive-other-gain": "session/test_drive_traps.py",
     "band-blind": "unit/test_total.py",
     "camera-drift": "prove/test_camera_drift.py",
@@ -140,6 +148,7 @@ OTHER = {
     "rows-off": "session/test_naming_causes.py",
     "axes-exchanged": "diagnose/test_camera_views.py",
     "image-mirrored": "diagnose/test_camera_views.py",
+    "v-upward": "prove/test_cable_camera_mistakes.py",
     "lens-factor": "diagnose/test_camera_views.py",
     "lens-factor-doubted": "diagnose/test_camera_views.py",
     "target-turned": "diagnose/test_camera_views.py",
@@ -163,6 +172,13 @@ OTHER |= dict.fromkeys(
     "labels-turned poses-read-otherwise paired-in-order views-without-pose lens-contradicted hand-eye-far view-moved "
     "target-size-contradicted".split(),
     "cli/test_hand_eye_advice.py",
+)
+OTHER |= dict.fromkeys(
+    "views-out-of-step readings-of-another marker-twice markers-exchanged sights-aside".split(),
+    "cli/test_hand_eye_names.py"
+    "rig-drives rig-encoder rig-exchanged rig-infeasible rig-lengths-disagree rig-limits-left rig-reversed rig-slack rig-stopped "
+    "rig-weight".split(),
+    "cli/test_wrong_rigs.py",
 )
 OTHER |= {"rig-contradicted": "session/test_hand_eye_rig.py"}
 OTHER |= dict.fromkeys(

@@ -18,6 +18,7 @@ CODES = {
     "views-shifted",
     "axes-exchanged",
     "image-mirrored",
+    "v-upward",
     "copied",
 }
 
@@ -85,6 +86,18 @@ def test_columns_that_are_exchanged_and_images_that_are_mirrored_are_named(tmp_p
     assert status == 3 and "axes-exchanged" in told
     status, told = identify(tmp_path, lambda rows: [[*r[:3], f"{1279 - float(r[3]):.4f}", r[4]] for r in rows])
     assert status == 3 and "image-mirrored" in told
+
+
+# obeys: v-upward
+def test_rows_that_are_counted_from_below_are_named(tmp_path):
+    """How the camera is turned is known to 0.3 deg, so that a mirrored image is no explanation."""
+
+    def upward(rows):
+        return [[*r[:4], f"{1023 - float(r[4]):.4f}"] for r in rows]
+
+    status, told = identify(tmp_path, upward)
+    assert status == 3 and "v-upward" in told and not {"axes-exchanged", "image-mirrored"} & set(told)
+    assert "v-upward" not in identify(tmp_path, lambda rows: upward(upward(rows)))[1]
 
 
 # obeys: corners-reordered

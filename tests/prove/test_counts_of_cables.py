@@ -82,7 +82,7 @@ def test_counts_and_gauges_are_those_of_the_jacobian(degrees, plane, instrument)
         beside = np.delete(whole, own, axis=1)
         unseen = beside.shape[1] - np.linalg.matrix_rank(beside, tol=1e-9 * np.linalg.norm(whole, 2))
         unseen -= poses.shape[1] - taken
-        motions = open_motions(robot, found)
+        motions = open_motions(robot, found.identifiability)
         assert len(found.identifiability.names) - rank == len(motions) + unseen, (seed, tuple(motions))
         assert lacking(robot, found) is None
 

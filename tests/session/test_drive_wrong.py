@@ -1,12 +1,17 @@
-"""Logs and runs that a hostile reader tried: each is told with its cause, and none gives a table that looks right."""
+"""Logs and runs that a hostile reader tried: what looked right and was not is told with its cause, and what looked wrong and was not
+is taken."""
 
 from __future__ import annotations
+
+import json
 
 import numpy as np
 import pytest
 
 from robocal.drives.cogging import Cogging
 from robocal.errors import FileError, FormatError, InputError, ModelError
+from robocal.files.drive_tables import FORMS, compensation_table, read_table, table_text
+from robocal.files.motor_file import MotorFile, read_motor
 from robocal.remarks.code import Code
 from robocal.verbs.drive import compensate, validate
 from tests.session.test_drive_logs import HEAD, TRUTH, codes, found, log, rows
@@ -18,9 +23,23 @@ def place(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def run(place):
-    assert found(place, log(place), output=place / "run").trusted
-    return place / "run"
+def runs(place):
+    """A run that is improved, one that is not, one that is refused."""
+    noise = rows()
+    noise[:, 2] += 0.3 * np.random.default_rng(2).standard_normal(len(noise))
+    made = {
+        "improved": found(place, log(place), output=place / "improved"),
+        "not_improved": found(place, log(place, "one.csv", rows(back=False)), output=place / "not_improved"),
+        "refused": found(place, log(place, "noise.csv", noise), output=place / "refused"),
+    }
+    for word, one in made.items():
+        assert one.result.verdict.status == word
+    return place
+
+
+@pytest.fixture
+def run(runs):
+    return runs / "improved"
 
 
 def reasons(run, path, **more):
@@ -69,7 +88,9 @@ def test_what_a_short_log_does_not_show_is_told(place, run):
     assert Code.DRIVE_PART_COMPARED in {r.code for r in made.warnings} and not made.reasons
     assert Code.DRIVE_PACE in {
         r.code
-        for r in validate.run(validate.Options(motor=run, log=log(place, "us.csv", rows() * [1e6, 1, 1]))).result.warnings
+        for r in validate.run(
+            validate.Options(motor=run, log=log(place, "us.csv", rows() * [1e6, 1, 1]))
+        ).result.warnings
     }
 
 
@@ -123,23 +144,6 @@ def test_a_gear_whose_orders_meet_the_common_multiple_is_told(place):
     assert Code.DRIVE_GEAR in codes(found(place, log(place, "geared.csv", rows(geared, count=4000)), slots=6, poles=8))
 
 
-# obeys: drive-run-unproven
-@pytest.mark.parametrize("form", ["csv", "c", "array", "odrive"])
-def test_a_table_of_a_run_that_was_not_improved_says_so(place, run, form):
-    assert not found(place, log(place, "one.csv", rows(back=False)), output=place / "one", force=True).trusted
-
-    def table(motor):
-        more = {} if form != "odrive" else {"torque_constant": 0.5}
-        return compensate.run(compensate.Options(motor=motor, format=form, **more))
-
-    made = table(place / "one")
-    assert not made.trusted and Code.DRIVE_RUN_UNPROVEN in {r.code for r in made.result.reasons}
-    assert ("verdict of the run is not improved" in made.text) == (form != "array")
-    assert table(run).trusted and "verdict" not in table(run).text
-    checked = validate.run(validate.Options(motor=place / "one", log=log(place))).result
-    assert Code.DRIVE_RUN_UNPROVEN in {r.code for r in checked.warnings}
-
-
 def test_a_run_that_found_nothing_has_no_table(place):
     flat = rows(Cogging((), (), (), 0.0))
     assert not found(place, log(place, "flat.csv", flat), output=place / "flat").trusted
@@ -147,25 +151,120 @@ def test_a_run_that_found_nothing_has_no_table(place):
         compensate.run(compensate.Options(motor=place / "flat"))
 
 
-@pytest.mark.parametrize(
-    ("more", "key"), [({"cells": 100}, "--cells"), ({"friction": True}, "--friction"), ({"unit": "A"}, "--unit")]
-)
-def test_what_a_map_of_odrive_cannot_have_is_refused(run, more, key):
-    with pytest.raises(ModelError) as told:
-        compensate.run(compensate.Options(motor=run, format="odrive", torque_constant=0.5, **more))
-    assert told.value.key == key
-
-
 def test_a_folder_of_several_motors_names_them(place, run):
     with pytest.raises(FileError) as told:
         compensate.run(compensate.Options(motor=place))
-    assert "run" in str(told.value) and "--force" not in str(told.value)
+    assert "not_improved" in str(told.value) and "--force" not in str(told.value)
 
 
 @pytest.mark.parametrize(
-    "text", ["", f"{HEAD}\n", f"{HEAD}\n{HEAD}\n0,0,0\n", f"{HEAD}\n0,0,0,0,0,0\n"], ids=["empty", "bare", "two heads", "commas"]
+    "text",
+    ["", f"{HEAD}\n", f"{HEAD}\n{HEAD}\n0,0,0\n", f"{HEAD}\n0,0,0,0,0,0\n"],
+    ids=["empty", "bare", "two heads", "commas"],
 )
 def test_files_that_hold_no_log(place, text):
     (place / "none.csv").write_text(text)
     with pytest.raises(InputError):
         found(place, place / "none.csv")
+
+
+# obeys: drive-other-reading
+@pytest.mark.parametrize("turns", [7, 12])
+def test_turns_that_are_read_as_radians_are_named_though_low_orders_explain_much(place, turns):
+    made = rows(turns=float(turns), count=1000 * turns) * [1, 1 / (2 * np.pi), 1]
+    wrong = found(place, log(place, "turns.csv", made))
+    assert wrong.result.taken.share > 0.5  # so that nothing else refuses it
+    assert wrong.result.verdict.status == "refused" and Code.DRIVE_OTHER_READING in codes(wrong)
+    right = found(place, log(place, "right.csv", made, HEAD.replace("rad", "turn")))
+    assert right.trusted and Code.DRIVE_OTHER_READING not in codes(right)
+
+
+@pytest.mark.parametrize("row", [1500, 700, 2300])
+def test_an_hour_without_rows_is_no_slow_sweep(place, row):
+    values = rows()
+    values[row:, 0] += 3600
+    made = found(place, log(place, "hour.csv", values))
+    assert made.trusted and not any(e.any() for e in made.result.escaped)
+
+
+def test_time_that_is_exchanged_with_the_angle_is_named(place):
+    path = log(place, "exchanged.csv", None, "angle [rad],time [s],current [A]")
+    with pytest.raises(FormatError, match="time runs backwards") as told:
+        found(place, path)
+    assert "the angle never falls" in str(told.value)
+
+
+# obeys: drive-unproven
+@pytest.mark.parametrize("word", ["not_improved", "refused"])
+@pytest.mark.parametrize("form", ["csv", "json", "c", "c-float", "array"])
+def test_a_table_that_is_not_proven_says_so(runs, word, form):
+    made = compensate.run(compensate.Options(motor=runs / word, format=form))
+    assert not made.trusted and [r.code for r in made.result.reasons] == [Code.DRIVE_UNPROVEN]
+    assert ("NOT PROVEN" in made.text) == (form != "array")
+    proven = compensate.run(compensate.Options(motor=runs / "improved", format=form))
+    assert proven.trusted and "NOT PROVEN" not in proven.text and not proven.remarks
+
+
+def test_a_motor_that_is_not_proven_is_said_beside_another_log(runs):
+    path = log(runs, "other.csv")
+    kept = validate.run(validate.Options(motor=runs / "not_improved", log=path))
+    assert kept.trusted and Code.DRIVE_UNPROVEN in {r.code for r in kept.result.warnings}
+    assert not validate.run(validate.Options(motor=runs / "refused", log=path)).trusted
+    told = validate.run(validate.Options(motor=runs / "improved", log=path)).result
+    assert Code.DRIVE_UNPROVEN not in {r.code for r in (*told.warnings, *told.reasons)}
+
+
+def test_a_motor_that_somebody_wrote_is_no_run(runs):
+    own = runs / "own.yaml"
+    text = (runs / "not_improved" / "motor.yaml").read_text()
+    own.write_text(text.replace("verdict: not_improved\n", ""))
+    assert compensate.run(compensate.Options(motor=own)).trusted
+    own.write_text(text.replace("verdict: not_improved", "verdict: fine"))
+    with pytest.raises(FormatError, match="verdict"):
+        read_motor(own)
+
+
+@pytest.mark.parametrize(
+    ("key", "more"), [("--cells", {"cells": 720}), ("--unit", {"unit": "A"}), ("--friction", {"friction": True})]
+)
+def test_what_the_map_of_odrive_has_not_is_refused(runs, key, more):
+    o = compensate.Options(motor=runs / "improved", format="odrive", torque_constant=0.5, **more)
+    with pytest.raises(FormatError) as told:
+        compensate.run(o)
+    assert told.value.key == key
+
+
+def test_a_torque_constant_that_makes_numbers_no_controller_has_is_refused(runs):
+    for k_c in (1e300, 1e40):
+        with pytest.raises(FormatError, match="no controller holds"):
+            compensate.run(compensate.Options(motor=runs / "improved", format="odrive", torque_constant=k_c))
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("seed", range(3))
+def test_any_motor_is_read_back_bit_for_bit_by_a_reader_of_its_own(form, seed):
+    """Signs, sizes from 1e-9 to 1e6 and names that end comments or lines."""
+    rng = np.random.default_rng(seed)
+    size = 10.0 ** rng.uniform(-9, 6)
+    cogging = Cogging((6, 72), tuple(size * rng.normal(size=2)), tuple(size * rng.normal(size=2)), 0.001)
+    motor = MotorFile("axis */ 1\n3,4,5", "N m", cogging, 0.0, size)
+    table = compensation_table(motor, form, 3600, None, False, None)
+    text = table_text(table, form)
+    assert read_table(text, form).tobytes() == table.values.tobytes()
+    if form == "c":
+        numbers = [
+            [int(v) for v in r.split("{")[1].rstrip("};").split(",")] for r in text.splitlines() if "int16_t" in r
+        ]
+        assert max(abs(v) for r in numbers for v in r) == 32767
+        assert np.abs(np.array(numbers) * table.scale - motor.curves(3600)).max() <= table.scale * 0.5000001
+    elif form == "c-float":
+        lines = [r for r in text.splitlines() if "static const float" in r]
+        own = np.array([[v.strip() for v in r.split("{")[1].rstrip("};").split(",")] for r in lines])
+        assert (np.char.rstrip(own, "f").astype(np.float32) == motor.curves(3600).astype(np.float32)).all()
+        assert all(("." in v or "e" in v) and v.endswith("f") for v in own.ravel())
+    elif form == "json":
+        assert json.loads(text)["forward"] == motor.curves(3600)[0].tolist()
+    elif form == "csv":
+        kept = [r for r in text.splitlines() if not r.startswith("#")][1:]
+        assert len(kept) == 3600
+        assert [float(r.split(",")[2]) for r in kept] == motor.curves(3600)[1].tolist()

@@ -8,6 +8,7 @@ from cables.cable_robots import box
 
 from robocal.cables.geometry import lengths
 from robocal.fit.starts.own import place_configurations
+from robocal.fit.starts.unknown_zeros import begin_zeros
 from robocal.geometry import fits, se3
 from robocal.measure.data import Configurations, DataSet, Frame, Observations
 
@@ -48,3 +49,17 @@ def test_a_start_that_is_given_stays():
     given = se3.to_vector(pose) + 0.5
     data = DataSet(Configurations(data.configurations.ids, start=given), data.observations)
     assert np.array_equal(place_configurations(robot, data).configurations.start, given)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_zeros_of_the_robot_begin_where_its_platform_stood(seed):
+    """Where nobody has said them; where they are right, nothing begins elsewhere."""
+    robot = box()
+    robot = robot.with_table(robot.table.with_values({f"c{i}.l0": 0.0 for i in range(1, 9)}))
+    freed = robot.with_table(robot.table.with_free([f"c{i}.l0" for i in range(1, 9)]))
+    data = place_configurations(freed, log(robot, np.random.default_rng(seed), False)[1])
+    begun = begin_zeros(freed, data)
+    assert set(begun) == {f"c{i}.l0" for i in range(1, 9)}
+    there = freed.with_table(freed.table.with_values(begun))
+    assert begin_zeros(there, data) == {}  # somebody has said them
+    assert begin_zeros(robot, data) == {}  # none is free

@@ -164,7 +164,9 @@ def test_an_entry_knows_its_kind() -> None:
     assert found["place"].required and found["place"].kind is Path and found["place"].word == "PLACE"
     assert found["share"].optional and found["share"].kind is float and found["share"].default is None
     assert found["rows"].several and found["rows"].kind is str
-    assert found["share"].facts.text == "Of it, in the robot file's unit of length, 0 or more.  [default: all]"
+    assert (
+        found["share"].facts.text == "Of it, in the robot file's unit of length or its own, 0 or more.  [default: all]"
+    )
 
 
 def test_help_names_every_kind_that_can_be_simulated() -> None:

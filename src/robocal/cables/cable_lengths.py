@@ -43,15 +43,17 @@ def inverse(
     pull = None if tension is None else pulls(robot, tension, shape)
     full, _, _ = straight(robot, t)
     length, slope = model_of(robot, sag=sag, tense=pull is not None)(t, pull)
+    shown = robot.readings(length)
     for bad, why in (
         (full < TOUCHING, "has no length: its two anchors are at one place"),
         (np.isnan(full), "ends inside its own pulley"),
         (np.isnan(length), "cannot hang so: its tension does not carry its weight"),
+        (robot.unwinds(shown), "is longer than all that its drum holds with this build-up"),
     ):
         if bad.any():
             at, cable = (int(v) for v in np.argwhere(bad)[0])
             raise ModelError(f"cable {robot.cables[cable]} {why} (pose {at})", row=at, key=robot.cables[cable])
-    return robot.readings(length), slope
+    return shown, slope
 
 
 def pulls(robot: CableRobot, tension: ArrayLike, shape: tuple[int, int]) -> Array:

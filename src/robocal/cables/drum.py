@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robocal._types import Array
+from robocal._types import Array, Bools
 from robocal.cables.material import BUILD_UP, GAIN
 
 __all__ = ["DrumLaw", "reading", "slope"]
@@ -66,6 +66,10 @@ class DrumLaw:
     def wound(self, read: Array) -> Array:
         """The lengths (k, m) less their zeros of which sensors show (k, m)."""
         return np.asarray(read * (self.gain + self.build_up * read))
+
+    def unwinds(self, read: Array) -> Bools:
+        """Where sensors that show (k, m) are beyond what a drum of negative build-up can wind up at all, (k, m)."""
+        return np.asarray(self.winding(read) < STEEP * self.gain)
 
     def winding(self, read: Array) -> Array:
         """How fast lengths grow with what sensors show, (k, m), where these show (k, m)."""

@@ -134,6 +134,10 @@ def _check(robot: CableRobot, y: Array, axes: list[int]) -> None:
     if not np.isfinite(y).all():
         at, cable = (int(v) for v in np.argwhere(~np.isfinite(y))[0])
         raise ModelError("a length is not a number", key=robot.cables[cable], found=f"row {at}")
+    if (beyond := robot.unwinds(y)).any():
+        at, cable = (int(v) for v in np.argwhere(beyond)[0])
+        message = f"cable {robot.cables[cable]} is longer than all that its drum holds with this build-up"
+        raise ModelError(message, row=at, key=robot.cables[cable], found=f"{y[at, cable]:.4g} m")
     least, why = f"at least {len(axes)} for {robot.degrees}", "the pose does not follow from so few lengths"
     require(m >= len(axes), why, found=f"{m} cables", expected=least)
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robocal._jit import as_kernel_array, as_kernel_indices
-from robocal._types import Array
+from robocal._types import Array, Ints
 from robocal.cables.geometry import CableRobot
 from robocal.cables.polytope._kernels import FOUND
 from robocal.cables.segment_table import cable_table
@@ -25,7 +25,7 @@ from robocal.cables.tension_choice import METHOD, POWER
 from robocal.errors import ModelError, require
 from robocal.geometry.gravity import GRAVITY
 
-__all__ = ["Drums", "Placed", "Prepared", "TensionResult"]
+__all__ = ["Drums", "Placed", "Prepared", "PreparedArrays", "TensionResult"]
 
 KINDS = {
     "norm": kernels.NEAREST,
@@ -61,6 +61,19 @@ class Placed(NamedTuple):
     covariance: Array
     iterations: int
     converged: bool
+
+
+class PreparedArrays(NamedTuple):
+    """What kernels read of a prepared robot: segments (p, 14), freedoms (d,), newtons and centre of the weight (4,), least, greatest and
+    reference tensions (3, m), elasticity (m,) in 1/N (0: not known), and the method of the distribution with its power."""
+
+    cables: Array
+    rows: Ints
+    body: Array
+    bounds: Array
+    elasticity: Array
+    method: int
+    power: float
 
 
 class Drums(NamedTuple):
@@ -154,6 +167,13 @@ class Prepared:
             float(noise) * float(np.sqrt((robot.gain**2).mean())),
         )
         self._still, self._cable_count, self._freedoms = np.zeros(6), m, d
+
+    @property
+    def arrays(self) -> PreparedArrays:
+        """What a compiled loop reads of it."""
+        known = self.robot.elasticity
+        strain = np.zeros(self._cable_count) if known is None else np.broadcast_to(known, self._cable_count).copy()
+        return PreparedArrays(self._cables, self._rows, self._body, self._bounds, strain, self._kind, self._power)
 
     def tension(self, pose: Array, wrench: Array | None = None) -> TensionResult:
         """Tensions within the limits that hold the platform at a pose (4, 4), with a wrench (6,), N and N m, beside its weight."""

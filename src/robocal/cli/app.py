@@ -108,12 +108,15 @@ class _Number(click.types.FloatParamType):
     """A number, which is told in which unit it is wanted where it is none."""
 
     def __init__(self, unit: str) -> None:
+        self.unit = unit
         self.words = f" in the robot file's unit of {unit}" if unit in FILE_UNITS else f" in {unit}" if unit else ""
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         try:
             return float(value)
         except ValueError:
+            if self.unit and value.strip()[:1] in "+-.0123456789":
+                return value  # a number with its unit, which the options of the verb look at
             self.fail(f"{value!r} is not a number{self.words}", param, ctx)
 
 

@@ -2,6 +2,7 @@
 
     exchanged   u and v have changed places
     mirrored    u counts from the other side; a target that is seen from behind looks the same
+    upward      v counts from below, as mathematics has it: mirrored, and turned by half a turn about the axis of the camera
     shift       the views are k places off their configurations
     turned      labels of a target that looks the same after half a turn count from its other end, in some views or in all
 
@@ -26,9 +27,11 @@ from robocal.measure.pixels import HALF_TURNS, rays
 __all__ = [
     "ViewPoses",
     "exchange_axes",
+    "flip",
     "half_turn",
     "half_turn_of",
     "half_turns_open",
+    "knows_turn",
     "mirror",
     "shift_views",
     "turn_views",
@@ -54,6 +57,20 @@ def mirror(obs: Observations) -> Observations:
     value = np.array(obs.value)
     value[..., 0] = 2 * intrinsics[2] - value[..., 0]
     return replace(obs, value=value)
+
+
+def flip(obs: Observations) -> Observations:
+    """The same rows, v counted from the other side of the middle of the lens."""
+    intrinsics = obs.options["intrinsics"]
+    assert isinstance(intrinsics, tuple)
+    value = np.array(obs.value)
+    value[..., 1] = 2 * intrinsics[3] - value[..., 1]
+    return replace(obs, value=value)
+
+
+def knows_turn(obs: Observations) -> bool:
+    """Whether something is known of how a camera is turned."""
+    return obs.frame is not None and (obs.frame.prior is not None or not all(obs.frame.free[3:]))
 
 
 def shift_views(obs: Observations, shift: int) -> Observations:

@@ -19,7 +19,9 @@ from robocal._record import field, record, replace
 from robocal._types import Array, Bools
 from robocal.diagnose.camera_changes import (
     exchange_axes,
+    flip,
     half_turn,
+    knows_turn,
     mirror,
     shift_views,
     turn_views,
@@ -45,7 +47,7 @@ from robocal.measure.reach import reach
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Number, Quantity
 
-__all__ = ["AXES_EXCHANGED", "IMAGE_MIRRORED", "TARGET_TURNED", "VIEWS_SHIFTED", "carriers", "wrong_views"]
+__all__ = ["AXES_EXCHANGED", "IMAGE_MIRRORED", "TARGET_TURNED", "VIEWS_SHIFTED", "V_UPWARD", "carriers", "wrong_views"]
 
 AXES_EXCHANGED = declare(
     "axes-exchanged",
@@ -59,6 +61,11 @@ IMAGE_MIRRORED = declare(
     "u counted from the other side, the error of most points is {left:.3g}[, and as they are {stated:.3g}]",
     "Undo the mirror: write width - 1 - u in place of u in {files}, or turn mirroring off in the camera's driver. If the target was seen "
     "from behind, give its points the x that they have from there.",
+)
+V_UPWARD = declare(
+    "v-upward",
+    "v of {instruments} is counted from below: counted from above, the error of most points falls from {stated:.3g} to {left:.3g}",
+    "Write height - 1 - v in place of v in {files}.",
 )
 VIEWS_SHIFTED = declare(
     "views-shifted",
@@ -254,6 +261,9 @@ class _ViewSearch:
         """Every change worth a trial in some cameras."""
         yield _ViewChange(AXES_EXCHANGED, dict.fromkeys(group, exchange_axes))
         yield _ViewChange(IMAGE_MIRRORED, dict.fromkeys(group, mirror))
+        # Where the camera may be turned at will, this and a mirror are one.
+        if any(knows_turn(self.data.observations[i]) for i in group):
+            yield _ViewChange(V_UPWARD, dict.fromkeys(group, flip))
         for shift in SHIFTS:
             where, way = ("below", "up") if shift < 0 else ("above", "down")
             words = {"shift": f"{abs(shift)} view{'s' if abs(shift) > 1 else ''}", "where": where, "way": way}

@@ -22,7 +22,7 @@ from robocal.measure.data import DataSet
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Quantity
 
-__all__ = ["VIEWS_EXCHANGED", "exchanged_views", "far_views", "places_of_views"]
+__all__ = ["VIEWS_EXCHANGED", "exchanged_views", "far_views", "places_of_views", "readings_of_views"]
 
 TYPICAL = 3  # grid: views of which it is known what is usual
 
@@ -59,6 +59,19 @@ def places_of_views(error: Array) -> Iterator[tuple[int, int, bool]]:
         if mutual is not None:
             told.add(mutual)
         yield i, good[0] if mutual is None else mutual, mutual is not None
+
+
+def readings_of_views(error: Array) -> Iterator[tuple[int, int]]:
+    """Every view that is off and fits no other place, and a view that is not off and fits its readings: these were taken there."""
+    own = np.diag(error)
+    off = far_views(own)
+    told = {k for i, j, mutual in places_of_views(error) for k in (i, j if mutual else i)}
+    usual = VIEW_FITS * median(own[np.isfinite(own)]) if off.any() else 0.0
+    for i in np.flatnonzero(off).tolist():
+        there = np.where(off, np.inf, error[:, i])
+        j = int(np.nanargmin(there))
+        if i not in told and there[j] <= min(usual, own[i] / EXPLAINED_CLEARLY):
+            yield i, j
 
 
 def exchanged_views(data: DataSet, strange: Sequence[Outlier]) -> Iterator[Finding]:

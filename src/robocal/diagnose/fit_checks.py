@@ -11,6 +11,7 @@ import numpy as np
 
 from robocal import _scipy as scipy
 from robocal.diagnose import limits
+from robocal.diagnose.cables.unread_carriages import find_unread_carriages
 from robocal.diagnose.check_registry import Context, Finding, Level, When, check, doubt, note, of_remarks, once
 from robocal.diagnose.fixed_numbers import names_to_free
 from robocal.diagnose.segments.find import find_segments
@@ -173,5 +174,6 @@ def findings_of_segments(context: Context[Model]) -> list[Finding]:
     crossed = [find_joint(context.model, data, s, found, problem, x) for s in found]
     moved = [s for s, joint in zip(found, crossed, strict=True) if joint is None]
     bent = [(s, joint) for s, joint in zip(found, crossed, strict=True) if joint is not None]
-    told = of_remarks(segment_remarks(moved), Level.REFUSE)
+    carried = find_unread_carriages(context.model, data, moved)
+    told = of_remarks((*((carried,) if carried else ()), *segment_remarks(moved)), Level.REFUSE)
     return [*told, *(doubt(MOVED_OR_BENT, **segment_numbers(s), joint=joint) for s, joint in bent)]

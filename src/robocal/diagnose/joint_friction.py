@@ -1,4 +1,5 @@
-"""Friction of motors that their efforts cannot tell: a joint that moves in one direction, a joint or winch of which no speed is known.
+"""Friction of motors that their efforts cannot tell: a joint that moves in one direction, a joint or winch of which no speed is known, a
+joint that moves so fast that its effort moves masses.
 
     effort = gravity + c sgn(v) + b v        with one sign of v alone c looks like gravity of a joint; with none it stays in the efforts
 
@@ -12,18 +13,25 @@ from collections.abc import Iterator
 import numpy as np
 
 from robocal.diagnose.check_registry import Context, Finding, When, check, doubt
+from robocal.diagnose.limits import ARM_SPEED
 from robocal.measure.cable.cable_names import cable_names
 from robocal.measure.cable.winch_tensions import FRICTION
 from robocal.measure.data import Observations
 from robocal.measure.machine import Model, joints_of
 from robocal.remarks.english import declare
+from robocal.remarks.remark import Quantity
 
-__all__ = ["UNSEEN"]
+__all__ = ["SPEED", "UNSEEN"]
 
 UNSEEN = declare(
     "friction-unseen",
     "friction of {joints} is not told: {why}, so that it stays in what the motors bear, or counts as gravity",
     "Measure in both directions, and state all speeds (speed: in the data file).",
+)
+SPEED = declare(
+    "torque-speed",
+    "{joint} moves at up to {speed:.3g}: torques of masses that are moved count as friction there",
+    "Check the unit of the speeds; if it is right, measure in slow motion.",
 )
 WINCHES = "a winch for every cable"
 WHY = {0: "no speed is given", 1: "they move in one direction only"}
@@ -52,3 +60,19 @@ def unseen_friction(context: Context[Model]) -> Iterator[Finding]:
 def _rubs(obs: Observations) -> bool:
     free = obs.options.get("free")
     return isinstance(free, tuple) and not set(FRICTION).isdisjoint(map(str, free))
+
+
+@check("torque-speeds", When.FIT, order=220, needs=("data",))
+def torque_speeds(context: Context[Model]) -> Iterator[Finding]:
+    """The joint that turns fastest."""
+    for obs in context.need_data.observations:
+        if obs.kind != "joint_torque" or not len(obs):
+            continue
+        joints = joints_of(context.model)
+        turns = np.array([j.type != "prismatic" for j in joints])[obs.extra["joint"].astype(np.int64)]
+        speed = np.where(turns, np.abs(obs.extra["speed"]), 0.0)
+        at = int(speed.argmax())
+        if speed[at] > ARM_SPEED:
+            name = joints[int(obs.extra["joint"][at])].name
+            yield doubt(SPEED, joint=name, speed=Quantity(float(speed[at]), "rad/s"))
+            return

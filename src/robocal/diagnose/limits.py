@@ -56,6 +56,10 @@ FINEST_ERROR = limit(1e-5, "m",
     "No arm repeats better: what is left below is rounding, or numbers that were computed.", "repeatability in data sheets (ISO 9283)")
 ROUNDING_MARGIN = limit(3.0, "times", "So many times what the digits carry are still nothing but rounding.")
 
+CABLE_RIG_CHANCE = limit(1e-6, "chance",
+    "A rig is stopped for nothing once in a million; what stops it is many sigma off.", "tests/cli/test_wrong_rigs.py")
+CABLE_RIG_STOP = limit(0.01, "chance",
+    "Where a motion failed something is wrong; one in a hundred is enough to say what.", "tests/cli/test_wrong_rigs.py")
 SLACK_LEAST = limit(4, "gross lengths", "Fewer of one cable are chance.", "tests/prove/test_slack.py")
 SLACK_SHARE = limit(0.9, "of the gross lengths", "So many are of the cable that hangs, and too long.", "tests/prove/test_slack.py")
 SLACK_SPAN = limit(0.6, "of the rows", "Gross rows of a drum that slipped are those of one end.", "tests/prove/test_segments_of_cables.py")
@@ -143,6 +147,9 @@ REACH_OF_SPREAD = limit(20.0, "times the spread", "An arm that reaches so much f
 GAIN_WRONG = limit(0.02, "of the gain", "Joints whose gains are nearer to the stated ones count in the stated unit.")
 ARM_SHORTEST = limit(0.1, "m", "Lengths of an arm that add up to less are in another unit.")
 ARM_LONGEST = limit(20.0, "m", "Lengths of an arm that add up to more are in another unit.")
+ARM_DENSITY = limit({"light": 0.3, "heavy": 1000.0}, "kg at the reach for its cubic metre",
+    "Masses and reach in data sheets make 2 to 100; a thousandth or a thousandfold lies outside.", "tests/session/test_torque_units.py")
+ARM_SPEED = limit(4 * math.pi, "rad/s", "Two turns a second are no slow motion; degrees that are read as radians make such speeds.")
 SIGN_JOINTS = limit(8, "joints", "Of more joints all sets of signs would be too many: one to three at a time.")
 MAKING_LEAVES = limit(0.01, "of the reach", "No arm's making leaves more.", "tests/real/test_hypotheses.py")
 LEFT_OF_SPREAD = limit(0.02, "of the spread read", "What leaves more is explained only by readings or an arm made small.",
@@ -184,6 +191,8 @@ CELL_UNIT_NEAR = limit(0.2, "of a factor", "So near to the factor of a unit it i
 WINCH_GAIN = limit(1.4, "times what an ampere pulls",
     "Halfway to the least mistake, a diameter for a radius; anchors a centimetre off make a tenth.",
     "tests/cli/test_cable_winch_columns.py")
+SAGS_SCATTER = limit(0.3, "of the sags", "A sag is the weight by the tension: what is off by a third is of another tension or span.")
+STRETCH_MOST = limit(0.3, "of the length", "Steel breaks at 2 %, polyethylene at 4 %, aramid below 5 %, nylon at 20 to 30 %.")
 LOADS_UNLIKE = limit(31.6, "times what is stated",
     "Halfway to a slip of a unit, a thousand; the catalogue of annex A, at large loads, is 17 times stiffer.",
     "tests/cli/test_cable_loads_wrong.py")
@@ -224,8 +233,6 @@ MEAN_RIVAL = limit(0.9, "of the error of the mean", "A model that is hardly bett
 UNEXPLAINED_MOST = limit(0.5, "of the variance", "A model that leaves more does not describe this robot, whatever it gains.")
 TORQUE_ROWS = limit(0.9, "of the rows", "A tenth of gross rows says nothing of the other torques of a joint.",
     "tests/session/test_joint_torques.py")
-DENSEST_ARM = limit(2000.0, "kg for each cubic metre of reach",
-    "Arms weigh 13 (UR10) to 210 (RV-2AJ); torques in N mm that are read as N m make a thousand times as much.", "tests/session/test_joint_torques.py")
 UNEXPLAINED_SHARE = limit(0.01, "of the variance", "No arm's making leaves a tenth of what the positions scatter by.")
 UNEXPLAINED_SIGMA = limit(3.0, "stated sigma", "Less may be the stated noise.")
 ANGLES_LEFT = limit(0.05, "rad per axis", "Measured angles that are left over are not explained.")

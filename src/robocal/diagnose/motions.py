@@ -13,23 +13,23 @@ import numpy as np
 from robocal._types import Array
 from robocal.diagnose.check_registry import Context, Finding, Level, Machines, When, check, doubt, of_remarks
 from robocal.diagnose.limits import MOTION_UNSEEN
+from robocal.estimate.identifiability import Identifiability
 from robocal.fit.fit import Fit
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["lacking", "open_motions", "open_remarks"]
+__all__ = ["describe_motions", "lacking", "open_motions", "open_remarks"]
 
 ABSOLUTE = ("position", "pose")  # kinds that read coordinates
 DEPENDENT = 1e-6  # tolerance: of a motion of length 1, what others leave of it
 
 
-def open_motions(model: Model, fit: Fit) -> dict[str, Array]:
-    """The motions of a machine that a fit to its data cannot tell, by what people call them, with their rates of what is free (n,);
-    none of them follows from those before it."""
-    seen = fit.identifiability
+def open_motions(model: Model, seen: Identifiability) -> dict[str, Array]:
+    """The motions of a machine that its data cannot tell, by what people call them, with their rates of what is free (n,); none of
+    them follows from those before it."""
     names = {n: i for i, n in enumerate(seen.names)}
-    table = fit.problem.table
+    table = seen.problem.table
     there = model.with_values({n: float(seen.x[0, table.index[n]]) for n in model.table.names if n in table})
     others = [i for n, i in names.items() if n not in model.table]
     # A motion of which a part is held is not open.
@@ -55,16 +55,21 @@ def open_motions(model: Model, fit: Fit) -> dict[str, Array]:
 
 def open_remarks(model: Model, fit: Fit) -> tuple[Remark, ...]:
     """What is said of them: which, and the parameters that stay where they were for it."""
-    motions = tuple(open_motions(model, fit))
+    motions = tuple(open_motions(model, fit.identifiability))
     if not motions:
         return ()
-    held = tuple(n for n in fit.identifiability.dropped if n in model.table)
-    out = [Remark.of(Code.MOTIONS_UNSEEN, motions=motions, count=len(motions), held=held)]
+    out = [describe_motions(model, fit.identifiability, motions)]
     sigma, expected = _bare(model, fit, motions)
     if len(sigma) and np.median(sigma) > expected and lacking(model, fit) is None:
         low, high, usual = (Quantity(float(v)) for v in (sigma.min(), sigma.max(), expected))
         out.append(Remark.of(Code.WORSE_THAN_UNMEASURED, count=len(motions), low=low, high=high, expected=usual))
     return tuple(out)
+
+
+def describe_motions(model: Model, seen: Identifiability, motions: tuple[str, ...]) -> Remark:
+    """Which motions are open, and what stays where it was for it."""
+    held = tuple(n for n in seen.dropped if n in model.table)
+    return Remark.of(Code.MOTIONS_UNSEEN, motions=motions, count=len(motions), held=held)
 
 
 def lacking(model: Model, fit: Fit) -> Remark | None:
@@ -75,7 +80,7 @@ def lacking(model: Model, fit: Fit) -> Remark | None:
     if not (problem.families and moves and seen.names) or problem.has_prior.any():
         return None
     used = problem.numbers > 0
-    unknown, over = len(seen.names) - len(open_motions(model, fit)), fit.spare
+    unknown, over = len(seen.names) - len(open_motions(model, seen)), fit.spare
     left = int(over[used].sum())
     if left >= unknown or not used.any():
         return None

@@ -5,10 +5,6 @@
 without the tenth of the rows that is missed most, if the others are met. A joint of which the model predicts nothing, as one about
 a plumb axis without speeds, is none of them. Rows that a robust fit set aside count: where half of a joint's rows are gross, the
 other half proves nothing.
-
-Torques that no arm of this size bears are of another unit: an arm weighs less than a cube of stone as large as its reach R,
-
-    |tau| < rho g R^4 / 2        force of a joint that slides: rho g R^3
 """
 
 from __future__ import annotations
@@ -18,47 +14,19 @@ from collections.abc import Iterator
 import numpy as np
 
 from robocal.diagnose.check_registry import Context, Finding, Given, When, check, refuse
-from robocal.diagnose.limits import DENSEST_ARM, LEFT_SIGMA, TORQUE_ROWS, UNEXPLAINED_MOST
+from robocal.diagnose.limits import LEFT_SIGMA, TORQUE_ROWS, UNEXPLAINED_MOST
 from robocal.measure.base import predict_rows
 from robocal.measure.machine import Model, joints_of
-from robocal.measure.reach import size_of
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Quantity
 
-__all__ = ["TORQUES", "TORQUES_BEYOND"]
-
-GRAVITY = 9.80665  # m/s^2
+__all__ = ["TORQUES"]
 
 TORQUES = declare(
     "torques-left",
     "{joint}: friction and gravity leave {share:.0%} of the squares of its torques, {left:.3g} rms[; the stated noise is {stated:.3g}]",
     "Check that joints, torques and speeds have the right order, units and signs, and that each row is of one moment.",
 )
-
-
-TORQUES_BEYOND = declare(
-    "torques-beyond",
-    "{joint}: torques reach {size:.3g}, and no arm of this size bears more than {most:.3g}",
-    "State the unit in which the drives write torques, such as N mm, and that they are those behind the gear.",
-)
-
-
-@check("torques-beyond", When.UNSEEN, order=8, given=Given.NOTHING, needs=("data",))
-def torques_beyond(context: Context[Model]) -> Iterator[Finding]:
-    """The joint that is farthest beyond what an arm of this size bears."""
-    worst = 1.0, "", Quantity(0.0, "N m"), Quantity(0.0, "N m")
-    for obs in context.need_data.observations:
-        if obs.kind != "joint_torque" or not len(obs) or context.model.mechanism is None:
-            continue
-        reach, joints = size_of(context.model.mechanism), joints_of(context.model)
-        for joint in np.unique(obs.extra["joint"]).astype(int).tolist():
-            slides = joints[joint].type == "prismatic"
-            most, unit = DENSEST_ARM * GRAVITY * reach**3 * (1.0 if slides else reach / 2), "N" if slides else "N m"
-            size = float(np.quantile(np.abs(obs.value[obs.extra["joint"] == joint, 0]), TORQUE_ROWS))
-            if most > 0 and size / most > worst[0]:
-                worst = size / most, joints[joint].name, Quantity(size, unit), Quantity(most, unit)
-    if worst[1]:
-        yield refuse(TORQUES_BEYOND, joint=worst[1], size=worst[2], most=worst[3])
 
 
 @check("torques-left", When.PROOF, order=81, given=Given.NOTHING, needs=("data", "fit"))

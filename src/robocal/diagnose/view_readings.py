@@ -3,7 +3,8 @@
     e_ij = rms over sensors s of (h_s(X_i) - y_js) / sigma_s,    X_i the pose that the views of configuration i alone give
 
 A view is where it belongs where e_ii is of the size of most. One that is not, and fits the readings of another configuration j, belongs
-there; two that fit each other's are exchanged.
+there; two that fit each other's are exchanged. Where it fits none, a view that is where it belongs may fit what stands beside it:
+readings that were taken twice.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 
 from robocal._types import Array
 from robocal.diagnose.check_registry import Context, Finding, Machines, When, check, doubt
-from robocal.diagnose.exchanged_views import VIEWS_EXCHANGED, far_views, places_of_views
+from robocal.diagnose.exchanged_views import VIEWS_EXCHANGED, far_views, places_of_views, readings_of_views
 from robocal.estimate.least_squares import least_squares
 from robocal.fit.noise import owners
 from robocal.fit.pose_search import search_single_poses
@@ -24,13 +25,20 @@ from robocal.measure.machine import Model
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Number, Quantity
 
-__all__ = ["VIEW_OF_ANOTHER"]
+__all__ = ["READINGS_OF_ANOTHER", "VIEW_OF_ANOTHER"]
 
 VIEW_OF_ANOTHER = declare(
     "view-of-another",
     "the view {view} of {instruments} stands beside the readings of another configuration: it fits those of {partner} to {left:.3g} rms, "
     "and its own to {stated:.3g}",
     "Give the image the readings of its own moment in {files}, or leave it out.",
+)
+
+READINGS_OF_ANOTHER = declare(
+    "readings-of-another",
+    "the readings beside the view {view} of {instruments} are those of {partner}: the view there fits them to {left:.3g} rms, {view} to "
+    "{stated:.3g}",
+    "Give {view} the readings of its own moment in {files}, or leave it out.",
 )
 
 
@@ -52,6 +60,11 @@ def views_of_others(context: Context[Model]) -> Iterator[Finding]:
             yield doubt(VIEWS_EXCHANGED, **said, every=None, **amounts)
         else:
             yield doubt(VIEW_OF_ANOTHER, **said, **amounts)
+    rest = (o for k, o in enumerate(data.observations) if k not in seeing)
+    read = tuple(dict.fromkeys(o.source.replace("\\", "/").rpartition("/")[2] for o in rest))
+    for i, j in readings_of_views(error):
+        amounts = {"stated": Quantity(float(error[i, i]), "m"), "left": Quantity(float(error[j, i]), "m")}
+        yield doubt(READINGS_OF_ANOTHER, view=ids[i], partner=ids[j], instruments=labels, files=read, **amounts)
 
 
 def _errors(context: Context[Model], data: DataSet, seeing: list[int]) -> Array | None:

@@ -11,7 +11,7 @@ from robocal.parameters import TYPICAL
 from robocal.remarks.english import declare
 from robocal.remarks.remark import Quantity
 
-__all__ = ["LOST", "UNKNOWN", "find_moved_zeros", "find_unknown_zeros"]
+__all__ = ["LOST", "UNKNOWN", "cable_zeros", "find_moved_zeros", "find_unknown_zeros"]
 
 LOST = declare(
     "zero-lost",
@@ -22,7 +22,7 @@ LOST = declare(
 
 UNKNOWN = declare(
     "cable-zeros-unknown",
-    "the zeros of {count} cables are off by {most:.3g} at most: the error before is that of the zeros",
+    "the zeros of {count} cables are off by {most:.0f} at most: the error before is that of the zeros",
     "If the sensors count from anywhere after each power-up, write `zeros: NAME` into the data file of the lengths: zeros are then "
     "fitted for the nominal robot too, and the gain is that of the geometry.",
 )
@@ -49,10 +49,15 @@ def find_moved_zeros(context: Context[Model]) -> Iterator[Finding]:
 @check("unknown-zeros", When.FIT, order=156, machines=Machines.POSED, needs=("fit",))
 def find_unknown_zeros(context: Context[Model]) -> Iterator[Finding]:
     """Zeros of a robot's own cables that moved, most of them, farther than any drum was set by hand."""
+    if off := cable_zeros(context):
+        yield doubt(UNKNOWN, count=len(off), most=Quantity(max(off)))
+
+
+def cable_zeros(context: Context[Model]) -> list[float]:
+    """By how much (m) zeros of a robot's own cables moved that were lost, where most of them were."""
     cables, table = context.model.parts.get("cable", ()), context.model.table
     sigma = dict(zip(context.need_fit.total.names, context.need_fit.total.sigma, strict=True))
     names = [n for c in cables if (n := f"{c}.l0") in context.need_fit.problem.free and n in table]
     change = {n: abs(context.values[n] - table[n].value) for n in names}
     off = [v for n, v in change.items() if v > max(limits.ZERO_LOST["m"], limits.ZERO_SIGMA * sigma[n])]
-    if 2 * len(off) > len(cables):
-        yield doubt(UNKNOWN, count=len(off), most=Quantity(max(off)))
+    return off if 2 * len(off) > len(cables) else []

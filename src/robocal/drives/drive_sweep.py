@@ -33,6 +33,7 @@ ALONE = 0.1  # grid: of the middle size of efforts; from row to row a curve chan
 PAUSE = np.radians(30.0)  # grid: a rotor that escapes may stand while it is led by twenty degrees
 STAND = np.radians(0.1)  # grid: so little is noise of an angle
 PAUSE_STEPS = 20.0  # grid: of a coarse encoder, in place of these degrees
+GAP = 50.0  # grid: times the middle step of time; where nobody logged for so long, nothing tells how the rotor was led
 LANDING = np.radians(0.3)  # grid: so far friction gives way before the rotor turns again
 
 
@@ -194,9 +195,10 @@ def lone_rows(sweep: Sweep, times: float) -> Bools:
 
 
 def _led_pace(sweep: Sweep) -> float:
-    """The speed at which the rotor is led (rad/s): the way of each direction by its time. An escape changes it little, while a rotor that
-    stands and jumps has a median speed near zero."""
-    turned = np.flatnonzero(np.diff(sweep.direction))
+    """The speed at which the rotor is led (rad/s): the way of each direction by its time, without gaps of the log. An escape changes it
+    little, while a rotor that stands and jumps has a median speed near zero."""
+    tick = np.diff(sweep.time)
+    turned = np.flatnonzero((np.diff(sweep.direction) != 0) | (tick > GAP * np.median(tick) if len(tick) else False))
     edges = [0, *(turned + 1).tolist(), len(sweep)]
     runs = [(a, b - 1) for a, b in pairwise(edges) if sweep.direction[a] and b - a > 1]
     way = sum(abs(float(sweep.angle[b] - sweep.angle[a])) for a, b in runs)

@@ -105,6 +105,12 @@ def guess_motor(
     if found is None:
         return None
     slots, half = found[0], found[1] // 2
-    if known[1] is None and half % 2 == 0 and half // 2 in power and lcm(slots, half) == strongest and (slots, half) in _windings():
+    if (
+        known[1] is None
+        and half % 2 == 0
+        and half // 2 in power
+        and lcm(slots, half) == strongest
+        and (slots, half) in _windings()
+    ):
         return slots, half
     return found

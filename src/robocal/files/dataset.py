@@ -27,7 +27,7 @@ from robocal.files.kinds.kind import Around, KindFile
 from robocal.files.kinds.registry import readers_of
 from robocal.files.notation import TableNotation, table_notation
 from robocal.files.onething import new_distances, one_thing, refuse_again, refuse_names_of_lens, target_remarks
-from robocal.files.orientation import frame_vector
+from robocal.files.orientation import frame_vector, refuse_turns
 from robocal.files.robot import read_units
 from robocal.files.schema import FrameModel, validate
 from robocal.files.text import InputFile, discreet, meant
@@ -286,6 +286,7 @@ def _frame_name(reader: RowReader, place: Path, taken: set[str] | frozenset[str]
 def _instrument(given: InstrumentModel, name: str, units: Units, document: YamlDocument) -> Frame:
     # An instrument stands where it stands: metres and any turn, unless its place is stated.
     expected = (0.1, 0.1) if given.given else (10.0, 3.0)
+    refuse_turns(document, given, units, ("frame",))
     value, prior = frame_vector(given, units), _prior(given, units, document, ("frame",))
     return Frame(name, value, given.free_flags(True), given.mount, expected, given.has_details, prior)
 
@@ -318,6 +319,7 @@ def _targets(model: DataModel, kind: KindFile, around: Around) -> tuple[tuple[Fr
     frames = []
     for name, given in models.items():
         around.refuse_taken(name, ("targets", name))
+        refuse_turns(around.document, given, units, ("targets", name))
         # A target whose place is not stated is unknown; what this kind of measurement cannot see of it stays.
         flags = given.free_flags(not given.given or getattr(given, "prior", None) is not None)
         if given.free is None or given.free is True:

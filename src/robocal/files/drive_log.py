@@ -232,7 +232,10 @@ def _read(
     starts = restarts(time, LEAST_ROWS)
     if starts is None:
         at = int(np.flatnonzero(np.diff(time) < 0)[0]) + 1
-        raise table.fail("time runs backwards", at, told["time"][0], found=float(time[at]), expected="later rows below")
+        grows = [what for what in ("angle", kind) if np.ptp(values[what]) and (np.diff(values[what]) >= 0).all()]
+        hint = f"; the {grows[0]} never falls: these columns may be exchanged" if grows else ""
+        expected = f"later rows below{hint}"
+        raise table.fail("time runs backwards", at, told["time"][0], found=float(time[at]), expected=expected)
     if not np.diff(time).any():
         raise table.fail("time stands still", column=told["time"][0], expected="the moment of every row")
     for what in ("angle", kind):
@@ -245,7 +248,9 @@ def _read(
         twice = next((i for i, p in enumerate(parts) if any(np.array_equal(p, o) for o in parts[:i])), None)
         if twice is not None:
             at = int(starts[twice - 1])
-            raise table.fail("a sweep stands here twice", at, told["time"][0], expected="every sweep once: twice it counts twice")
+            raise table.fail(
+                "a sweep stands here twice", at, told["time"][0], expected="every sweep once: twice it counts twice"
+            )
         time = join_restarts(time, values["angle"], starts)
         lines = ", ".join(str(int(table.lines[i])) for i in starts)
         remarks.append(Remark.of(Code.DRIVE_TIME_ANEW, log=name, lines=lines, count=len(starts) + 1))

@@ -26,11 +26,12 @@ from robocal.diagnose.drive_limits import CELLS_LOSE
 from robocal.errors import FormatError, look_up
 from robocal.files.motor_file import MotorFile
 
-__all__ = ["FORMS", "ODRIVE_CELLS", "CompensationTable", "compensation_table", "read_table", "table_text"]
+__all__ = ["FORMS", "CompensationTable", "compensation_table", "read_table", "table_text"]
 
 ODRIVE_CELLS = 3600
 FINER = 8  # grid: places within a cell, at which its line is compared
 INT16 = 32767
+FLOAT32 = 3e38  # grid: the largest number of four bytes
 RULES = (
     "add the value to the command: it is what the rotor asks for at this angle",
     "angle: of the motor, from the encoder's index, as in the log; wrap it to one turn",
@@ -41,8 +42,7 @@ RULES = (
 
 @record(eq=False)
 class CompensationTable:
-    """Values (2, N) for forward and reverse, or (1, N) for both, in a unit, and whether friction is in them; the verdict of its run, where
-    that was not improved."""
+    """Values (2, N) for forward and reverse, or (1, N) for both, in a unit, and whether friction is in them."""
 
     values: Array
     unit: str
@@ -50,13 +50,15 @@ class CompensationTable:
     motor: str
     constant: float | None = None
     scale: float = 1.0  # of the form c
-    doubt: str | None = None
+    proven: bool = True  # whether the motor's own logs prove it
 
 
 def compensation_table(
     motor: MotorFile, form: str, cells: int, unit: str | None, friction: bool, constant: float | None
 ) -> CompensationTable:
     """The table of a motor as a form holds it, numbers as coarse as the form's. Raises FormatError where the torque constant lacks."""
+    if form == "odrive":
+        _check_odrive(cells, unit, friction)
     k_c = constant if constant is not None else motor.torque_constant
     own = motor.unit.replace(" ", "")
     wanted = "Nm" if form == "odrive" else unit or own
@@ -72,15 +74,29 @@ def compensation_table(
         # Its look-up cuts off: the middle of a cell is where it is right on average.
         fine = motor.curves(2 * ODRIVE_CELLS)[:, 1::2]
         values = fine.mean(axis=0, keepdims=True) * factor
-        friction = False
     else:
         _check_cells(motor, cells)
         values = motor.curves(cells) * factor
         if friction:
             values = values + factor * motor.coulomb * np.array([[1.0], [-1.0]])
+    largest = float(np.abs(values).max())
+    if not largest < FLOAT32:
+        message = "values that no controller holds: the torque constant is of another unit"
+        raise FormatError(message, key="torque_constant", found=k_c, expected="in Nm/A")
     scale = _scale(values) if form == "c" else 1.0
-    doubt = None if motor.verdict in (None, "improved") else motor.verdict.replace("_", " ")
-    return CompensationTable(_round(values, form, scale), wanted, friction, motor.name, k_c, scale, doubt)
+    proven = motor.verdict in ("", "improved")
+    return CompensationTable(_round(values, form, scale), wanted, friction, motor.name, k_c, scale, proven)
+
+
+def _check_odrive(cells: int, unit: str | None, friction: bool) -> None:
+    """What its map cannot be. Raises FormatError."""
+    message = "the map of odrive has one form"
+    if cells != ODRIVE_CELLS:
+        raise FormatError(message, key="--cells", found=cells, expected=str(ODRIVE_CELLS))
+    if unit == "A":
+        raise FormatError(message, key="--unit", found=unit, expected="Nm")
+    if friction:
+        raise FormatError("one curve for both directions has no friction", key="--friction", expected="another form")
 
 
 def _check_cells(motor: MotorFile, cells: int) -> None:
@@ -110,9 +126,8 @@ def _round(values: Array, form: str, scale: float) -> Array:
 
 def _rules(table: CompensationTable) -> list[str]:
     said = "friction is in the values: + forward, - reverse" if table.friction else "friction is not in the values"
-    own = [f"unit: {table.unit}", said]
-    if table.doubt is not None:
-        own.append(f"WARNING: the verdict of the run is {table.doubt}; this table is not known to help")
+    own = [] if table.proven else ["NOT PROVEN: robocal drive identify did not call this motor improved"]
+    own += [f"unit: {table.unit}", said]
     if table.constant is not None:
         own.append(f"torque constant: {table.constant!r} Nm/A; current is torque divided by it")
     return [*own, *(RULES if len(table.values) > 1 else RULES[:-1])]
@@ -124,7 +139,7 @@ def _rules(table: CompensationTable) -> list[str]:
 def _csv(table: CompensationTable) -> str:
     count = table.values.shape[1]
     unit = table.unit
-    lines = [f"# {line}" for line in (f"cogging of {table.motor}", *_rules(table))]
+    lines = [f"# {line}" for line in (f"cogging of {_plain(table.motor)}", *_rules(table))]
     lines.append(f"angle [deg],forward [{unit}],reverse [{unit}]")
     forward, reverse = table.values.tolist()
     lines += [f"{360 * i / count!r},{a!r},{b!r}" for i, (a, b) in enumerate(zip(forward, reverse, strict=True))]
@@ -228,7 +243,8 @@ def table_text(table: CompensationTable, form: str) -> str:
     """The text of a table in a form. Raises ModelError for an unknown one."""
     text = look_up(FORMS, form, "no such form of a table", "--format")[0](table)
     back = read_table(text, form)
-    assert back.shape == table.values.shape and (back == table.values).all(), form
+    if back.shape != table.values.shape or not (back == table.values).all():
+        raise FormatError("the table that was written reads otherwise", key="--format", found=form)
     return text
 
 

@@ -8,11 +8,12 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robocal._types import Array
 from robocal.errors import MissingExtra, ModelError, one_of
 
-__all__ = ["FAMILIES", "family_border", "family_cells", "opencv"]
+__all__ = ["FAMILIES", "encode_png", "family_border", "family_cells", "opencv"]
 
 # Our names of dictionaries, and OpenCV's.
 FAMILIES = {f"{n}x{n}_{count}": f"DICT_{n}X{n}_{count}" for n in (4, 5, 6, 7) for count in (50, 100, 250, 1000)}
@@ -57,3 +58,9 @@ def family_cells(family: str, ids: Iterable[int], border: int = 1) -> Array:
             raise ModelError(message, key="id", found=number, expected=f"0 to {count - 1} of {name}")
     made = [aruco.generateImageMarker(dictionary, int(number), side, borderBits=border) for number in wanted]
     return np.array(made, dtype=float).reshape(len(wanted), side, side) / 255.0
+
+
+def encode_png(grey: Array | NDArray[np.uint8]) -> bytes:
+    """An image (h, w) of grey levels as a PNG file. Raises MissingExtra."""
+    _, made = opencv().imencode(".png", np.asarray(grey, np.uint8))
+    return bytes(made)

@@ -11,8 +11,8 @@ eccentric: {cos: 0, sin: 0, unit: rad}
 friction: {offset: -0.0005, coulomb: 0.0537}
 orders: [{order: 72, cos: 0.18, sin: 0.03, sigma: 0.002}, ...]      # cos_change and sin_change: what each direction adds
 table: {forward: [...], reverse: [...]}                             # of the method seed: cells of equal width from 0, at their middles
+verdict: improved                 # or not_improved, refused: what its logs prove
 source: what it was made from
-verdict: improved                 # of the run: not_improved, refused; left out: nobody knows
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from robocal.files.yamlio import load, quote
 __all__ = ["FILE", "MotorFile", "motor_text", "read_motor"]
 
 FILE = "motor.yaml"
-VerdictWord = Literal["improved", "not_improved", "refused"]
+VerdictWord = Literal["improved", "not_improved", "refused", ""]
 UNITS = {"A": "A", "Nm": "N m"}
 FEWEST = 12  # grid: cells of a table
 
@@ -55,7 +55,7 @@ class MotorFile:
     sigma: tuple[float, ...] = ()
     source: str = ""
     file: InputFile | None = None
-    verdict: str | None = None
+    verdict: str = ""  # improved, not_improved, refused; of a file that nobody identified there is none
 
     def curves(self, cells: int) -> Array:
         """Cogging (2, cells) at angles 0, 360/cells, ... deg, forward and reverse, without friction and offset."""
@@ -121,16 +121,16 @@ class MotorModel(FileModel):
     friction: LogFrictionModel
     orders: list[OrderModel] = Field(default_factory=list)
     table: TableModel | None = None
+    verdict: VerdictWord = ""
     source: str = ""
-    verdict: VerdictWord | None = None
 
 
 def read_motor(path: Path) -> MotorFile:
     """The motor of a run folder or of motor.yaml. Raises FileError or FormatError."""
     place = path / FILE if path.is_dir() else path
     if path.is_dir() and not place.exists():
-        own = sorted(p.parent.name for p in path.glob(f"*/{FILE}"))
-        expected = f"the folder of one motor: {', '.join(own)}" if own else "a folder of robocal drive identify"
+        motors = sorted(p.parent.name for p in path.glob(f"*/{FILE}"))
+        expected = f"the folder of one motor: {', '.join(motors)}" if motors else "a folder of robocal drive identify"
         raise FileError(f"the folder has no {FILE}", file=path, expected=expected)
     document = load(place)
     kind = document.data.get("kind")
@@ -203,7 +203,7 @@ def motor_text(motor: MotorFile) -> str:
         lines.append("table:    # cells of equal width from 0, at their middles; friction is in them")
         for word, row in zip(("forward", "reverse"), motor.table, strict=True):
             lines.append(f"  {word}: [{', '.join(number(float(v)) for v in row)}]")
-    lines.append(f"source: {quote(motor.source)}")
-    if motor.verdict is not None:
+    if motor.verdict:
         lines.append(f"verdict: {motor.verdict}")
+    lines.append(f"source: {quote(motor.source)}")
     return "\n".join(lines) + "\n"

@@ -18,12 +18,23 @@ from numpy.typing import ArrayLike
 
 from robocal import _scipy as scipy
 from robocal._types import Array
+from robocal.files.robot_rows import MOST_TURN
 from robocal.files.schema import FrameModel
 from robocal.files.units import Units, number
-from robocal.files.yamlio import Path_
+from robocal.files.yamlio import Path_, YamlDocument
 from robocal.geometry import so3
 
-__all__ = ["FORMS", "euler", "euler_axes", "frame_changes", "frame_vector", "quaternion", "rpy", "to_form"]
+__all__ = [
+    "FORMS",
+    "euler",
+    "euler_axes",
+    "frame_changes",
+    "frame_vector",
+    "quaternion",
+    "refuse_turns",
+    "rpy",
+    "to_form",
+]
 
 # Form: how many numbers it takes. A matrix may be 3x3, 3x4 or 4x4, row by row.
 FORMS = {
@@ -101,6 +112,15 @@ def frame_vector(model: FrameModel | None, units: Units) -> tuple[float, ...]:
     if model.rpy is not None:
         turn = so3.log(rpy(units.angle.to_si(np.array(model.rpy))))
     return tuple(float(v) for v in (*xyz, *turn))
+
+
+def refuse_turns(document: YamlDocument, model: FrameModel, units: Units, path: Path_) -> None:
+    """Raises FormatError for a rotation vector that is longer than a whole turn: one of another unit."""
+    size = float(np.linalg.norm(units.angle.to_si(np.array(model.rotation_vector or (0.0,) * 3))))
+    if size > MOST_TURN:
+        found = f"a turn of {np.degrees(size):.4g} deg, as {units.angle.name} are read"
+        expected = f"at most {units.angle.from_si(2 * np.pi):.4g} {units.angle.name}: look at units.angle"
+        document.fail("more than a whole turn", (*path, "rotation_vector"), found=found, expected=expected)
 
 
 def frame_changes(data: Mapping[str, Any], owner: str, vector: Array, units: Units) -> dict[Path_, float | str]:

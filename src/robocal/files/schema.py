@@ -62,9 +62,10 @@ class FileModel(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _check_keys(cls, data: Any) -> Any:
+        known = [f.alias or name for name, f in cls.model_fields.items()]
         for key in data if isinstance(data, dict) else ():
-            if key not in cls.model_fields:
-                raise PydanticCustomError("unknown_key", "unknown key", {"key": key, **one_of(key, cls.model_fields)})
+            if key not in known:
+                raise PydanticCustomError("unknown_key", "unknown key", {"key": key, **one_of(key, known)})
         return data
 
 

@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Sequence
 from decimal import Decimal
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
 import numpy as np
 
@@ -19,7 +19,8 @@ from robocal._types import Array, Bools, Ints
 from robocal.errors import FormatError, ModelError, nearest
 
 __all__ = [
-    "UNITS", "Unit", "Units", "finite", "is_unit", "last_digits", "number", "numbers_of", "parse_quantity", "parse_unit", "same",
+    "UNITS", "TypedNumber", "Unit", "Units", "finite", "in_si", "is_unit", "last_digits", "number", "numbers_of", "parse_quantity",
+    "parse_unit", "same", "typed_number",
 ]  # fmt: skip
 
 Value = TypeVar("Value", float, Array)
@@ -51,6 +52,7 @@ class Unit:
 
 
 DEG = math.pi / 180
+NUMBER = r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"
 WHAT = {
     "m": "a length", "rad": "an angle", "s": "a time", "kg": "a mass", "N": "a force", "K": "a temperature", "1": "no unit",
 }  # fmt: skip
@@ -124,7 +126,7 @@ def parse_unit(
 
 def parse_quantity(text: str, si: str, *, key: str) -> float:
     """A number with its unit ("0.1mm", "0.1 mm"), above zero, in SI. Raises FormatError saying what was expected."""
-    found = re.fullmatch(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*", text)
+    found = re.fullmatch(NUMBER + r"\s*(.*?)\s*", text)
     example = f"{WHAT.get(si, si)} with its unit, such as {EXAMPLES.get(si, '1 ' + si)}"
     if found is None or not found[2]:
         raise FormatError("not a quantity", key=key, found=text, expected=example)
@@ -132,6 +134,44 @@ def parse_quantity(text: str, si: str, *, key: str) -> float:
     if not 0 < value < math.inf:
         raise FormatError("not a quantity above zero", key=key, found=text, expected=example)
     return value
+
+
+class TypedNumber(float):
+    """A number that names its unit: its value in SI, and the words that were typed."""
+
+    typed: str
+
+    def __new__(cls, value: float, typed: str) -> Self:
+        made = super().__new__(cls, value)
+        made.typed = typed
+        return made
+
+    def __str__(self) -> str:
+        return self.typed
+
+    __repr__ = __str__
+
+
+def typed_number(text: str, unit: Unit, *, key: str) -> TypedNumber | None:
+    """A number that names a unit of the same quantity as `unit`; None where it is no number with a unit. Raises FormatError."""
+    found = re.fullmatch(NUMBER + r"\s*([^\W\d].*?|[\"°%].*?)\s*", text)
+    if found is None:
+        return None
+    return TypedNumber(parse_unit(found[2], unit.si, key=key).to_si(float(found[1])), text.strip())
+
+
+def in_si(text: str, names: str, units: Sequence[Unit], *, key: str) -> Array:
+    """As many finite numbers as `names` and `units` have, between commas, in SI: each in its own unit, or in that of `units`. Raises
+    ModelError."""
+    words, values = text.split(","), []
+    for word, unit in zip(words, units, strict=False):
+        plain = finite(word)
+        value = typed_number(word, unit, key=key) if plain is None else unit.to_si(plain)
+        if value is not None and math.isfinite(value):
+            values.append(float(value))
+    if len(values) != len(units) or len(words) != len(units):
+        raise ModelError("not a value of this option", key=key, found=text, expected=names)
+    return np.array(values)
 
 
 def is_unit(name: str) -> bool:

@@ -44,6 +44,8 @@ class ValidationDocument(Document):
     errors: ErrorsPart
     angle: ErrorsPart | None
     torque: ErrorsPart | None = None
+    position_from_lengths: ErrorsPart | None = None
+    orientation_from_lengths: ErrorsPart | None = None
     layer: dict[str, Any] | None
     gain: GainPart | None
     predicting_the_mean: UnitValue | None

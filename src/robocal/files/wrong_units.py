@@ -8,6 +8,7 @@ from robocal.diagnose.check_registry import Finding, Level
 from robocal.diagnose.hypotheses.units import WRONG_UNIT
 from robocal.diagnose.limits import ARM_LONGEST, ARM_SHORTEST
 from robocal.diagnose.rows.table import STILL
+from robocal.diagnose.rows.torque_size import TORQUE_SIZE
 from robocal.errors import FormatError
 from robocal.files.robot import Robot
 from robocal.files.units import UNITS, number
@@ -28,6 +29,9 @@ def refuse_input(robot: Robot, finding: Finding) -> None:
             found=f"{n['rows']} equal rows",
             expected="a different reading at each configuration",
         )
+    if finding.code == TORQUE_SIZE:
+        told = finding.remark
+        raise FormatError(told.sentence, file=n["source"], key="torque.unit", expected=told.advice.rstrip("."))
     if finding.level is not Level.REFUSE or finding.code != WRONG_UNIT:
         return
     sentence, expected = (

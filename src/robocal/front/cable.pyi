@@ -13,6 +13,7 @@ from robocal.session.cable.pose_list_result import Listed as _poses_Listed
 from robocal.session.cable.power_up_zeros import Rezeroed as _rezero_Rezeroed
 from robocal.session.cable.straightness_result import Straightness as _straightness_Straightness
 from robocal.session.cable.workspace_result import Workspace as _workspace_Workspace
+from robocal.session.commissioning.rig_commission import Commissioned as _rig_Commissioned
 from robocal.verbs.cable.contact.result import Motions as _contact_Motions
 from robocal.verbs.cable.forward.result import Poses as _forward_Poses
 from robocal.verbs.cable.require.result import Required as _require_Required
@@ -26,7 +27,7 @@ def inverse(
     robot: _Given,
     poses: _Given,
     *,
-    tension: float | None = None,
+    tension: float | str | None = None,
     sag: bool = False,
     output: _Path | None = None,
     force: bool = False,
@@ -40,7 +41,7 @@ def inverse(
     Takes
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml; or rc.robot(...), rc.cable.robot(...).
     poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw; or rc.table(...).
-    tension: Tension of every cable: cables stretch, in the robot file's unit of force, 0 or more.
+    tension: Tension of every cable: cables stretch, in the robot file's unit of force or its own, 0 or more.
     sag: Include the sag of the cables by their weight.
     output: Write here, not to the terminal.
     force: Replace files that exist.
@@ -57,9 +58,9 @@ def forward(
     robot: _Given,
     lengths: _Given,
     *,
-    sigma: float | None = None,
+    sigma: float | str | None = None,
     starts: int = 24,
-    tension: float | None = None,
+    tension: float | str | None = None,
     sag: bool = False,
     seed: int = 0,
     output: _Path | None = None,
@@ -75,9 +76,9 @@ def forward(
     Takes
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml; or rc.robot(...), rc.cable.robot(...).
     lengths: CSV: one column per cable, such as c1 [mm]; c1.geometric [mm] for lengths without stretch; or rc.table(...), rc.measurements(...).
-    sigma: Standard deviation of a length, in the robot file's unit of length, above 0.
+    sigma: Standard deviation of a length, in the robot file's unit of length or its own, above 0.
     starts: Number of further starts, to find other poses, 0 or more.  [default: 24]
-    tension: Tension of every cable: cables stretch, in the robot file's unit of force, 0 or more.
+    tension: Tension of every cable: cables stretch, in the robot file's unit of force or its own, 0 or more.
     sag: Include the sag of the cables by their weight.
     seed: Seed of all random draws, 0 or more.
     output: Write here, not to the terminal.
@@ -97,11 +98,11 @@ def tension(
     *,
     method: str = 'norm',
     power: float | None = None,
-    mass: float | None = None,
-    payload: float = 0.0,
+    mass: float | str | None = None,
+    payload: float | str = 0.0,
     wrench: str | None = None,
-    limits: str | None = None,
-    length: float | None = None,
+    limits: str | Sequence[float | str] | None = None,
+    length: float | str | None = None,
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
@@ -115,11 +116,11 @@ def tension(
     poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw; or rc.table(...).
     method: norm (least), mid, closed, barycentre (continuous), p-norm.  [default: 'norm']
     power: Exponent of method='p-norm', from 2 on.  [default: 4]
-    mass: Mass of the platform, in place of that in the robot file, in the robot file's unit of mass, 0 or more.
-    payload: Payload at the centre of mass, in the robot file's unit of mass, 0 or more.
+    mass: Mass of the platform, in place of that in the robot file, in the robot file's unit of mass or its own, 0 or more.
+    payload: Payload at the centre of mass, in the robot file's unit of mass or its own, 0 or more.
     wrench: Acts on the platform at its origin, base axes: the robot file's unit of force, and Nm.
-    limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
-    length: Divides moments to compare them with forces, in the robot file's unit of length, above 0.  [default: 1 m]
+    limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force or its own.
+    length: Divides moments to compare them with forces, in the robot file's unit of length or its own, above 0.  [default: 1 m]
     output: Write tensions.csv, tension.json and report.html here.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
@@ -134,20 +135,20 @@ def tension(
 def workspace(
     robot: _Given,
     *,
-    orientation: str | Sequence[str] = (),
-    tilt: float | None = None,
+    orientation: str | Sequence[float | str] | Sequence[str | Sequence[float | str]] = (),
+    tilt: float | str | None = None,
     payload: str | None = None,
     mass: str | None = None,
     wrench: str | Sequence[str] = (),
-    acceleration: float = 0.0,
-    reserve: float = 0.0,
+    acceleration: float | str = 0.0,
+    reserve: float | str = 0.0,
     closure: bool = False,
-    limits: str | None = None,
-    length: float | None = None,
-    box: str | None = None,
+    limits: str | Sequence[float | str] | None = None,
+    length: float | str | None = None,
+    box: str | Sequence[float | str] | None = None,
     cells: int = 41,
     rays: int = 4000,
-    start: str | None = None,
+    start: str | Sequence[float | str] | None = None,
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
@@ -158,20 +159,20 @@ def workspace(
 
     Takes
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml; or rc.robot(...), rc.cable.robot(...).
-    orientation: A rotation vector; repeat for several, all of which must be held, in the robot file's unit of angle.  [default: upright]
-    tilt: Hold tilts too: half the angle and all of it, about 8 horizontal axes, in the robot file's unit of angle.
-    payload: Payload at the centre of mass, one number or a range, for example 0,20, in the robot file's unit of mass.
-    mass: Of the platform, one number or a range, instead of the file's, in the robot file's unit of mass.
+    orientation: A rotation vector; repeat for several, all of which must be held, in the robot file's unit of angle or its own.  [default: upright]
+    tilt: Hold tilts too: half the angle and all of it, about 8 horizontal axes, in the robot file's unit of angle or its own.
+    payload: Payload at the centre of mass, one number or a range, for example 0,20, in the robot file's unit of mass or its own.
+    mass: Of the platform, one number or a range, instead of the file's, in the robot file's unit of mass or its own.
     wrench: Acts beside the weight at the platform's origin, base axes: the robot file's unit of force, and Nm; repeat for several, all of which are to be held, with 0,0,0,0,0,0 for none.
     acceleration: Of the centre of mass, in any direction [m/s2], 0 or more.
-    reserve: A disturbance in any direction that is held on top, in the robot file's unit of force, 0 or more.
+    reserve: A disturbance in any direction that is held on top, in the robot file's unit of force or its own, 0 or more.
     closure: Any wrench, by tensions of any size (wrench closure): no mass, no limits, no weight.
-    limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
-    length: Divides moments to compare them with forces, in the robot file's unit of length, above 0.  [default: 1 m]
-    box: Search box, in the robot file's unit of length.  [default: the reach of the frame]
+    limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force or its own.
+    length: Divides moments to compare them with forces, in the robot file's unit of length or its own, above 0.  [default: 1 m]
+    box: Search box, in the robot file's unit of length or its own.  [default: the reach of the frame]
     cells: Cells of the grid along each axis, 2 to 300.  [default: 41]
     rays: Number of rays to the exact boundary, 20 to 200000.  [default: 4000]
-    start: Start of the rays, in the robot file's unit of length.  [default: the mean of the frame anchors, or the middle of the workspace]
+    start: Start of the rays, in the robot file's unit of length or its own.  [default: the mean of the frame anchors, or the middle of the workspace]
     output: Write workspace.json, workspace.csv, outlines.csv, surface.ply, surface.stl and report.html here.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
@@ -188,22 +189,22 @@ def poses(
     *,
     poses: int = 200,
     mu: float = 0.95,
-    start: str = 'mean',
-    box: str | None = None,
+    start: str | Sequence[float | str] = 'mean',
+    box: str | Sequence[float | str] | None = None,
     scale: float = 1.1,
-    turn: float | None = None,
-    diameter: float | None = None,
+    turn: float | str | None = None,
+    diameter: float | str | None = None,
     body: str = 'hull',
-    relief: float | None = None,
-    payload: float = 0.0,
-    mass: float | None = None,
-    limits: str | None = None,
+    relief: float | str | None = None,
+    payload: float | str = 0.0,
+    mass: float | str | None = None,
+    limits: str | Sequence[float | str] | None = None,
     method: str = 'norm',
     steps: int = 10,
     choose: int | None = None,
     criterion: str = 'A',
-    sigma: float | None = None,
-    pose_noise: str | None = None,
+    sigma: float | str | None = None,
+    pose_noise: str | Sequence[float | str] | None = None,
     encoders_only: bool = False,
     seed: int = 0,
     output: _Path | None = None,
@@ -219,21 +220,21 @@ def poses(
     poses: Poses to list, 1 to 10000.  [default: 200]
     mu: Used fraction of each free path, above 0 and at most 1.  [default: 0.95]
     start: X_0: mean of the frame anchors, best of a grid, or X,Y,Z[,RX,RY,RZ] in the robot file's units.  [default: 'mean']
-    box: The box Z of random poses, in place of the box in which the frame can hold the platform, in the robot file's unit of length.
+    box: The box Z of random poses, in place of the box in which the frame can hold the platform, in the robot file's unit of length or its own.
     scale: Z, as a multiple of the machine, 0 to 1000.  [default: 1.1]
-    turn: Turns in Z, about each axis, in the robot file's unit of angle.  [default: 30 deg]
-    diameter: Diameter of every cable, in place of that in the robot file, in the robot file's unit of length, 0 or more.
+    turn: Turns in Z, about each axis, in the robot file's unit of angle or its own.  [default: 30 deg]
+    diameter: Diameter of every cable, in place of that in the robot file, in the robot file's unit of length or its own, 0 or more.
     body: The platform: hull or box of its anchors, none, or LX,LY,LZ.  [default: 'hull']
-    relief: Distance from an anchor within which a cable may touch its own eyelet, in the robot file's unit of length, above 0.  [default: 10 diameters]
-    payload: Payload at the centre of mass, in the robot file's unit of mass, 0 or more.
-    mass: Mass of the platform, in place of that in the robot file, in the robot file's unit of mass, 0 or more.
-    limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
+    relief: Distance from an anchor within which a cable may touch its own eyelet, in the robot file's unit of length or its own, above 0.  [default: 10 diameters]
+    payload: Payload at the centre of mass, in the robot file's unit of mass or its own, 0 or more.
+    mass: Mass of the platform, in place of that in the robot file, in the robot file's unit of mass or its own, 0 or more.
+    limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force or its own.
     method: norm (least), mid, closed, barycentre (continuous), p-norm.  [default: 'norm']
     steps: Waypoints on each path, 1 to 1000.  [default: 10]
     choose: Choose the N poses that are best for calibration.
     criterion: For choose=: A (least rms), D, I, G, E, O1 to O5.  [default: 'A']
-    sigma: For choose=: standard deviation of a length, in the robot file's unit of length, above 0.  [default: 1 mm, converted]
-    pose_noise: For choose=: standard deviation per axis of a measured pose, in the robot file's units.
+    sigma: For choose=: standard deviation of a length, in the robot file's unit of length or its own, above 0.  [default: 1 mm, converted]
+    pose_noise: For choose=: standard deviation per axis of a measured pose, in the robot file's units or their own.
     encoders_only: For choose=: no instrument measures poses.
     seed: Seed of all random draws, 0 or more.
     output: Write poses.csv, program.csv, list.json and report.html here; with choose= chosen.csv, and data files to fill in.
@@ -252,12 +253,12 @@ def contact(
     poses: _Given,
     *,
     from_first: bool = False,
-    diameter: float | None = None,
+    diameter: float | str | None = None,
     body: str = 'hull',
-    relief: float | None = None,
-    payload: float = 0.0,
-    mass: float | None = None,
-    limits: str | None = None,
+    relief: float | str | None = None,
+    payload: float | str = 0.0,
+    mass: float | str | None = None,
+    limits: str | Sequence[float | str] | None = None,
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
@@ -271,12 +272,12 @@ def contact(
     robot: robot.yaml with kind: cable, or CASPR's X_cables.xml; or rc.robot(...), rc.cable.robot(...).
     poses: CSV: x [m], y, z, rx [deg], ry, rz (rotation vector), or qx, qy, qz, qw; or rc.table(...).
     from_first: Move to every pose from the first one, not from the one before: a list of targets.
-    diameter: Diameter of every cable, in place of that in the robot file, in the robot file's unit of length, 0 or more.
+    diameter: Diameter of every cable, in place of that in the robot file, in the robot file's unit of length or its own, 0 or more.
     body: The platform: hull or box of its anchors, none, or LX,LY,LZ.  [default: 'hull']
-    relief: Distance from an anchor within which a cable may touch its own eyelet, in the robot file's unit of length, above 0.  [default: 10 diameters]
-    payload: Payload at the centre of mass, in the robot file's unit of mass, 0 or more.
-    mass: Mass of the platform, in place of that in the robot file, in the robot file's unit of mass, 0 or more.
-    limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
+    relief: Distance from an anchor within which a cable may touch its own eyelet, in the robot file's unit of length or its own, above 0.  [default: 10 diameters]
+    payload: Payload at the centre of mass, in the robot file's unit of mass or its own, 0 or more.
+    mass: Mass of the platform, in place of that in the robot file, in the robot file's unit of mass or its own, 0 or more.
+    limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force or its own.
     output: Write legs.csv, contact.json and report.html here.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
@@ -292,10 +293,10 @@ def rezero(
     robot: _Given,
     lengths: _Given,
     *,
-    at: str | None = None,
+    at: str | Sequence[float | str] | None = None,
     poses: str | None = None,
-    sigma: float | None = None,
-    tension: float | None = None,
+    sigma: float | str | None = None,
+    tension: float | str | None = None,
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
@@ -311,8 +312,8 @@ def rezero(
     lengths: CSV: what the sensors show, one column per cable, such as c1 [mm]; or rc.table(...), rc.measurements(...).
     at: Where the platform stood: X,Y,Z or X,Y,Z,RX,RY,RZ in the robot file's units.
     poses: CSV of poses in which the ids of LENGTHS stand.
-    sigma: Standard deviation of a length, in the robot file's unit of length, above 0.
-    tension: Tension of every cable: cables stretch, in the robot file's unit of force, 0 or more.
+    sigma: Standard deviation of a length, in the robot file's unit of length or its own, above 0.
+    tension: Tension of every cable: cables stretch, in the robot file's unit of force or its own, 0 or more.
     output: Write here, not to the terminal.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
@@ -402,12 +403,12 @@ def straightness(
     poses: str | None = None,
     wanted: str = '1mm',
     loads: str | Sequence[str] = (),
-    tension: float | None = None,
-    span: float | None = None,
+    tension: float | str | None = None,
+    span: float | str | None = None,
     at: str | Sequence[str] = (),
-    mass: float | None = None,
-    payload: float = 0.0,
-    limits: str | None = None,
+    mass: float | str | None = None,
+    payload: float | str = 0.0,
+    limits: str | Sequence[float | str] | None = None,
     output: _Path | None = None,
     force: bool = False,
     watch: _Watch | None = None,
@@ -423,18 +424,56 @@ def straightness(
     poses: CSV of poses: x [m], y, z, rx [deg], ry, rz, or a quaternion.  [default: the middle of the frame]
     wanted: The error that is allowed, of a length and of a position.  [default: '1mm']
     loads: Measured loads of a cable: data.yaml, or a CSV whose headers carry units.
-    tension: Tension of every cable: cables stretch, in the robot file's unit of force, 0 or more.
-    span: Span of the level cable in the table, in the robot file's unit of length, above 0.  [default: the longest cable]
+    tension: Tension of every cable: cables stretch, in the robot file's unit of force or its own, 0 or more.
+    span: Span of the level cable in the table, in the robot file's unit of length or its own, above 0.  [default: the longest cable]
     at: Tensions in that table, in the robot file's unit of force.  [default: within the tension limits]
-    mass: Mass of the platform, in place of that in the robot file, in the robot file's unit of mass, 0 or more.
-    payload: Payload at the centre of mass, in the robot file's unit of mass, 0 or more.
-    limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force.
+    mass: Mass of the platform, in place of that in the robot file, in the robot file's unit of mass or its own, 0 or more.
+    payload: Payload at the centre of mass, in the robot file's unit of mass or its own, 0 or more.
+    limits: Tension limits of every cable, not those of the robot file, in the robot file's unit of force or its own.
     output: Write straightness.csv, straightness.json and report.html here; with loads= also robot.yaml, with what they tell.
     force: Replace files that exist.
     watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
 
     Returns
     Found: result (Straightness, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
+    remarks, trusted and written.
+
+    Raises InputError: it names the argument, what was found and what was expected.
+    """
+
+def rig(
+    spec: _Given,
+    *,
+    output: _Path,
+    poses: int | None = None,
+    lists: int | None = None,
+    anchors: str | None = None,
+    images: bool = False,
+    seed: int = 0,
+    force: bool = False,
+    watch: _Watch | None = None,
+) -> Found[_rig_Commissioned]:
+    """Simulate the commissioning of a cable robot: from a rough geometry through a list of poses to a verified calibration.
+
+    A controller that believes the rough geometry moves the platform from X_0 to each pose and back. Lengths, tensions, corners of markers
+    and poses of an instrument are recorded, and `identify` makes a calibration of them. The controller gets it, and ten
+    further poses verify it. Each list has a folder with files that `identify`, `cable forward` and `verify` read.
+
+    Exit status 3 where the rig stopped, or a calibration is not trusted.
+
+    Takes
+    spec: rig.yaml: what the robot truly is, what its builder believes, camera, markers, instruments, poses.
+    output: Folder for the files of the rig, a folder for each list, and a page.
+    poses: Calibration poses of a list, 4 to 10000.  [default: as the file says]
+    lists: Lists of poses, each calibrated by itself, 1 to 26.  [default: as the file says]
+    anchors: How the builder knows the anchors: tape or beacons.  [default: as the file says]
+    images: Draw the images of the camera, and look for corners in them; otherwise corners are projected.
+    seed: Seed of all random draws, 0 or more.
+    force: Replace files that exist.
+    watch: called with an event of every step; one that raises robocal.errors.Cancelled stops the call.
+
+    Returns
+    Found: result (Commissioned, in SI) and document; listing and text where there is a list; plot(name), summary() and report(file);
     remarks, trusted and written.
 
     Raises InputError: it names the argument, what was found and what was expected.

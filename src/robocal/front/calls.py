@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from importlib import import_module
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from robocal.front.robots import Arm
 from robocal.front.spelling import python_error, python_text
 from robocal.front.studies import study_file
 from robocal.front.verb_result import Found, Identified
-from robocal.verbs.option import Arg, OptionField, entries
+from robocal.verbs.option import Arg, Option, OptionField, entries
 from robocal.verbs.registry import GROUPS
 
 __all__ = ["call", "docstring_of"]
@@ -171,6 +172,8 @@ def _value(entry: OptionField, given: Any) -> Any:
 def _one(entry: OptionField, given: Any) -> Any:
     if getattr(entry.facts, "metavar", "") == SIZE and isinstance(given, tuple | list) and len(given) == 2:
         return "x".join(map(str, given))
+    if isinstance(entry.facts, Option) and entry.kind is str and _is_row(given):
+        return ",".join(v if isinstance(v, str) else repr(float(v)) for v in given)
     if isinstance(opened := getattr(given, "opened", None), str):
         return opened  # an arm or a cable robot
     if entry.word == "STUDY" and isinstance(given, Mapping):
@@ -201,6 +204,12 @@ def _one(entry: OptionField, given: Any) -> Any:
             )
         return Path(given)
     return os.fspath(given) if isinstance(given, os.PathLike) and not isinstance(given, MemoryFile) else given
+
+
+def _is_row(given: Any) -> bool:
+    """Whether several numbers are given, with units or without, which the command line takes between commas."""
+    flat = isinstance(given, tuple | list) or (getattr(given, "ndim", 0) == 1 and not hasattr(given, "__dataframe__"))
+    return flat and len(given) > 1 and all(isinstance(v, str | Real) and not isinstance(v, bool) for v in given)
 
 
 def taken(entry: OptionField) -> str:

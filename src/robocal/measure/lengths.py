@@ -199,17 +199,21 @@ def owner(obs: Observations) -> str:
 
 
 def own_gains(obs: Observations) -> list[str]:
-    """The parameter of the gain of each cable, where these lengths have drums of their own; two that are one are named twice."""
+    """The parameters of the gains, where these lengths have drums of their own: one of all cables, or one of each."""
     drums = obs.options.get("gain")
     if not drums:
         return []
-    return [f"{drums}.{c}.{GAIN}" if obs.options.get("each") else f"{drums}.{GAIN}" for c in cable_names(obs, NUMBERS)]
+    if not obs.options.get("each"):
+        return [f"{drums}.{GAIN}"]
+    return [f"{drums}.{c}.{GAIN}" for c in cable_names(obs, NUMBERS)]
 
 
 def gain_names(obs: Observations, robot: CableRobot) -> list[str]:
-    """The same, where they have none the robot's; none where nobody states any."""
+    """The parameter of the gain of each cable, where these lengths have none the robot's; none where nobody states any."""
+    if own := own_gains(obs):
+        return own if obs.options.get("each") else own * len(robot.cables)
     rows = [robot.row(f"{c}.{GAIN}") for c in robot.cables]
-    return own_gains(obs) or (rows if all(n in robot.table for n in rows) else [])
+    return rows if all(n in robot.table for n in rows) else []
 
 
 def _gain(obs: Observations) -> float:
@@ -229,13 +233,13 @@ def parameters(obs: Observations) -> list[Parameter]:
     names = cable_names(obs, NUMBERS) if own else ()
     zeros = [Parameter(f"{own}.{c}", 0.0, "m", True, expected=ANYWHERE) for c in names]
     loose = "gain" in free if isinstance(free, tuple) else "values" not in obs.options
-    drums = dict.fromkeys(own_gains(obs))
+    drums = own_gains(obs)
     return [*zeros, *(Parameter(n, _gain(obs), "1", loose, expected=DRUM) for n in drums)]
 
 
-def zeros_at(machine: Model, obs: Observations, index: Ints, pose: Array) -> dict[str, float]:
-    """The zeros of such lengths by name, where the platform stood at poses (k, 4, 4) when rows `index` (k,) were read: the median of
-    what the robot's lengths are beyond them."""
+def zeros_at(machine: Model, obs: Observations, index: Ints, pose: Array, own: bool = False) -> dict[str, float]:
+    """The zeros of such lengths by name, or the robot's `own`, where the platform stood at poses (k, 4, 4) when rows `index` (k,) were
+    read: the median of what the robot's lengths are beyond them."""
     robot, cable = cable_robot_of(machine, WHAT), obs.extra["cable"][index].astype(np.int64)
     out, gain = {}, gains_at(robot, obs)
     for i, name in enumerate(robot.cables):
@@ -243,7 +247,9 @@ def zeros_at(machine: Model, obs: Observations, index: Ints, pose: Array) -> dic
         if len(mine):
             read = obs.extra["carriage"][index[mine]] if "carriage" in obs.extra else None
             full = straight(robot, pose[mine], read)[0][:, i]
-            out[f"{owner(obs)}.{name}"] = float(np.median(full - gain[i] * obs.value[index[mine], 0]))
+            shown = obs.value[index[mine], 0]
+            called = robot.row(f"{name}.{ZERO}") if own else f"{owner(obs)}.{name}"
+            out[called] = float(np.median(full - (gain[i] + robot.build_up[i] * shown) * shown))
     return out
 
 

@@ -1,6 +1,7 @@
 """Currents of winches that hold a platform at rest, or nearly: tensions without load cells, and the friction between.
 
-    t_i = (n / R) (k i_i + c_i sgn(v_i) + b_i w_i),    w_i = n v_i / R        r = (k_0 / k) C^-1 (W t + w), as of load cells (`measure/load.py`)
+    t_i = (n / R) (k i_i + c_i sgn(v_i) + b_i w_i),    w_i = n v_i / R
+    r = (k_0 / k) C^-1 (W t + w), as of load cells (`measure/load.py`)
 
 extra["current"] (k, m) in A, of a motor that pulls; extra["speed"] (k, m) in m/s is how fast the cable runs out, or ran out last: friction
 then holds a part of the tension, and takes a part of the torque where the cable is wound in. k (N m/A) is the torque constant of all

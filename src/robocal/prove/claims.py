@@ -12,6 +12,7 @@ import numpy as np
 from robocal.diagnose import limits
 from robocal.diagnose.check_registry import Finding, Given, Level, When, check, doubt, note, of_remarks, qualify, refuse
 from robocal.diagnose.gross import share
+from robocal.diagnose.zeros import UNKNOWN, cable_zeros
 from robocal.fit.baseline import frame_names
 from robocal.fit.estimators import estimator
 from robocal.fit.misfit import errors
@@ -70,7 +71,11 @@ def fits_without_convergence(context: Decision[Model]) -> Iterator[Finding]:
     whole = context.need_fit.solution.reasons[0].converged or estimator(context.chosen.method).finite
     ended = {"the baseline": began, "the fit to everything": whole, "a round": context.proof.after.converged}
     for what in [what for what, done in ended.items() if not done][:1]:
-        yield qualify(Code.NOT_CONVERGED, what=what)
+        # Poses of a nominal robot with lost zeros are anywhere: whoever names the zeros helps its fit, more steps do not.
+        if not began and (off := cable_zeros(context)):
+            yield qualify(UNKNOWN, count=len(off), most=Quantity(max(off)))
+        else:
+            yield qualify(Code.NOT_CONVERGED, what=what)
 
 
 @check("robot-identified", When.PROOF, order=50, given=Given.GAIN, needs=("proven",))

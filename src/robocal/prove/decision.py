@@ -39,6 +39,7 @@ from robocal.fit.misfit import by_unit
 from robocal.fit.noise import owners
 from robocal.fit.options import Options
 from robocal.fit.starts.own import place_configurations
+from robocal.fit.starts.unknown_zeros import begin_zeros
 from robocal.geometry.path.program import offset_matrix
 from robocal.measure.data import DataSet, Frame
 from robocal.measure.machine import Model, freedom_of
@@ -257,6 +258,8 @@ def decide(model: M, data: DataSet, options: Options, watch: Watch | None = None
     _numbers(data)
     data = place_configurations(model, data)
     model, fixed = fix_frames(model, data)
+    if not options.begin and (zeros := begin_zeros(model, data)):
+        options = replace(options, begin=zeros)
     return replace(_decide(model, data, options, watch), fixed_frames=fixed)
 
 

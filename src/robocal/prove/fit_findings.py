@@ -145,6 +145,7 @@ def _claim(context: Decision[Model]) -> tuple[Quantity | None, Quantity | None]:
     return Quantity(float(after[counted].mean()), context.unit), Quantity(float(end[counted].mean()), context.unit)
 
 
+NAMED = 12  # grid: views of a sentence
 WHOLE = {"position": "positions", "orientation": "orientations"}
 
 
@@ -219,10 +220,11 @@ def doubt_outliers(context: Decision[Model]) -> Iterator[Finding]:
             if some:
                 first, far = some[0].configuration, some[0].distance if np.isfinite(some[0].distance) else None
                 counted = sum(o.rows for o in some if o.counted) if code is Code.OUTLIERS else 0
-                rows, views = sum(o.rows for o in some), sum(o.view for o in some)
+                rows, views = sum(o.rows for o in some), [o.configuration for o in some if o.view]
+                more = [f"{len(views) - NAMED} more"] if len(views) > NAMED else []
                 yield doubt(
-                    code, group=group, count=rows, total=total, views=views or None, configuration=first, distance=far,
-                    counted=counted or None,
+                    code, group=group, count=rows, total=total, views=len(views) or None, configuration=first, distance=far,
+                    names=(*views[:NAMED], *more) or None, counted=counted or None,
                 )  # fmt: skip
 
 

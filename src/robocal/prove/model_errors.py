@@ -17,6 +17,7 @@ from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Model
 from robocal.measure.rows import Rows
 from robocal.progress import Watch
+from robocal.prove.lengths_alone import misses_of_lengths
 
 __all__ = ["Errors", "model_errors", "tool_names", "tool_positions"]
 
@@ -35,6 +36,7 @@ class Errors:
     poses: Array | None = None  # frame vectors (U, 6) of configurations whose poses were fitted too
     converged: bool = True  # whether that fit came to its end
     torque: Array = field(default_factory=lambda: np.zeros(0))  # of joints (M,), N m
+    from_lengths: tuple[Array, Array] = (np.zeros(0), np.zeros(0))  # of poses from lengths alone, m and rad
 
     @property
     def factor(self) -> float:
@@ -69,7 +71,8 @@ def model_errors(
     values = dict(zip(problem.table.names, x[0].tolist(), strict=False))
     poses = x[0, problem.places[0]].reshape(-1, 6) if problem.blocks else None
     torque = errors(residuals, "N m")[0]
-    return Errors(position, position_at, angle, fitted, rows, values, poses, made.converged, torque)
+    alone = misses_of_lengths(problem, x)
+    return Errors(position, position_at, angle, fitted, rows, values, poses, made.converged, torque, alone)
 
 
 def tool_positions(model: Model, data: DataSet, found: Errors) -> Array:

@@ -6,11 +6,9 @@ Here every one is found once more from its lengths alone, with the baseline and 
 
 from __future__ import annotations
 
-from collections.abc import Collection
-
 import numpy as np
 
-from robocal._record import record, replace
+from robocal._record import record
 from robocal._types import Array, Bools
 from robocal.diagnose.check_registry import once
 from robocal.diagnose.growth import at_end, error_growth
@@ -19,16 +17,14 @@ from robocal.estimate.elimination import block_ranks
 from robocal.estimate.problem import Problem
 from robocal.fit.free_poses import own_poses
 from robocal.fit.misfit import by_unit
-from robocal.measure.base import Rows
 from robocal.measure.machine import Model
 from robocal.prove import folds
 from robocal.prove.decision import Decision
+from robocal.prove.lengths_alone import LENGTHS, kinds_of, rows_of_kinds
 from robocal.prove.split import Split
 from robocal.prove.statistics import Stages, Statistic
 
 __all__ = ["PoseFromLengths", "pose_from_lengths"]
-
-LENGTHS = "lengths"
 
 
 @record
@@ -49,7 +45,7 @@ def pose_from_lengths(context: Decision[Model]) -> PoseFromLengths | None:
     proof, base, part = context.proof, context.proven.base, context.proven.part
     if proof is None or not base.problem.families:
         return None
-    kinds = [t.kind if isinstance(t, Rows) else "" for t in base.problem.terms]
+    kinds = kinds_of(base.problem)
     if LENGTHS not in kinds or not set(ABSOLUTE) & set(kinds):
         return None
     ends = [base.x, part.solution.x] if proof.after.x is None else [proof.before.x, proof.after.x]
@@ -79,7 +75,7 @@ def pose_from_lengths(context: Decision[Model]) -> PoseFromLengths | None:
     if position is None or lengths is None:
         return None
     whole = context.need_fit.problem
-    more = error_growth(context, _of_kinds(whole, kinds, (LENGTHS,)), _of_kinds(whole, kinds, ABSOLUTE))
+    more = error_growth(context, rows_of_kinds(whole, kinds, (LENGTHS,)), rows_of_kinds(whole, kinds, ABSOLUTE))
     told = (
         ~proof.aside["m"][_rows_of(base.problem, absolute, "m")] & np.isfinite(seen[0]["m"]) & np.isfinite(seen[1]["m"])
     )
@@ -93,15 +89,10 @@ def _rows_of(problem: Problem, some: list[bool], unit: str) -> Bools:
     return by_unit(problem.terms, rows, unit)
 
 
-def _of_kinds(problem: Problem, kinds: list[str], some: Collection[str]) -> Problem:
-    """The rows of some kinds alone."""
-    return replace(problem, terms=tuple(t for t, k in zip(problem.terms, kinds, strict=True) if k in some))
-
-
 def _misses(problem: Problem, x: Array, split: Split, kinds: list[str]) -> dict[str, Array]:
     """By unit, how far from what instruments read unseen poses are that lengths alone give, (N,), x (K, P) being the ends of the rounds;
     NaN where they give none."""
-    own, seen = (_of_kinds(problem, kinds, some) for some in ((LENGTHS,), ABSOLUTE))
+    own, seen = (rows_of_kinds(problem, kinds, some) for some in ((LENGTHS,), ABSOLUTE))
     placed = own_poses(own, x, split.held_out)[0]
     rank = block_ranks(own.with_free(()).with_weights(None).linearize(placed[:1]), own.families[0].count)
     told = np.where(rank == len(own.families[0].axes), 1.0, np.nan)

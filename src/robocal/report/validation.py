@@ -53,9 +53,7 @@ def validation_head(found: Any) -> dict[str, Any]:
 def validation_sections(found: Any) -> Iterator[Section]:
     """The errors of a model, and of another one, from a `ValidationDocument`."""
     torque = found.torque.this if found.torque is not None else None
-    much = (
-        f"{torque.n} torques of joints" if torque and not len(found.poses) else f"{len(found.poses)} measured positions"
-    )
+    much = f"{torque.n} torques of joints" if torque and not len(found.poses) else f"{len(found.poses)} readings"
     head: list[Block] = [Text.of((found.robot, "strong"), f"   {much}")]
     if found.offsets is not None:
         head += quiet(f"judged: the nominal robot with the joint offsets of {found.offsets}")
@@ -102,15 +100,27 @@ def _map(found: Any) -> Iterator[Block]:
 
 
 def _errors(found: Any) -> Iterator[Block]:
-    """A table of lengths, one of angles and one of torques."""
-    for part in (found.errors, found.angle, found.torque):
+    """A table of lengths, one of angles and one of torques; where lengths tell poses, first what these are off by."""
+    from_lengths = found.position_from_lengths is not None
+    parts = (
+        ("position from lengths", found.position_from_lengths),
+        ("orientation from lengths", found.orientation_from_lengths),
+        ("all readings" if from_lengths else "error", found.errors),
+        ("angle, poses from all rows" if from_lengths else "error", found.angle),
+        ("error", found.torque),
+    )
+    for title, part in parts:
         if part is None or part.this is None:
             continue
         both = {"this robot": part.this, "against": part.against}
         rows = [(label, *spread(s), OWN_FITTED if s.profiled else "") for label, s in both.items() if s is not None]
-        if found.predicting_the_mean is not None and part.unit == found.predicting_the_mean.unit:
+        if (
+            found.predicting_the_mean is not None
+            and part is found.errors
+            and part.unit == found.predicting_the_mean.unit
+        ):
             rows.append(("predicting the mean", figure(found.predicting_the_mean.value), "", "", "", "", ""))
-        yield table(f"error [{part.unit}]", *SPREAD, "", right=(1, 2, 3, 4, 5), rows=rows)
+        yield table(f"{title} [{part.unit}]", *SPREAD, "", right=(1, 2, 3, 4, 5), rows=rows)
 
 
 def _frame_blocks(found: Any) -> Iterator[Block]:

@@ -17,6 +17,7 @@ import numpy as np
 
 from robocal._record import replace
 from robocal._types import Array, Bools
+from robocal.errors import ModelError
 from robocal.fit.starts.cameras import resect_sights
 from robocal.fit.starts.frames import hand_eye
 from robocal.geometry import fits, se3, so3
@@ -63,7 +64,7 @@ def leave_lone_targets(data: DataSet) -> tuple[DataSet, tuple[str, ...]]:
     """The data without targets of unknown places that a single configuration shows, and their names.
 
     Such a target says nothing of anything else, and its tilt has two answers that are nearly alike: a fit creeps between them. One
-    stays where a configuration would lose all that is measured of it.
+    stays where a configuration would lose all that is measured of it. Raises ModelError where no target of a camera would be left.
     """
     left: list[str] = []
     observations: list[Observations] = []
@@ -77,6 +78,15 @@ def leave_lone_targets(data: DataSet) -> tuple[DataSet, tuple[str, ...]]:
             number = np.cumsum([i not in lone for i in range(len(obs.targets))]) - 1
             kept = obs.take(np.flatnonzero(~np.isin(obs.target, lone)))
             assert kept.target is not None
+            if not len(kept):
+                expected = "two views or more of the same marker, or the place of one of them"
+                found = f"{len(lone)} markers of {obs.label}"
+                raise ModelError(
+                    "no marker is in two views: they say nothing of the robot",
+                    key="targets",
+                    found=found,
+                    expected=expected,
+                )
             left += [obs.targets[i].name for i in lone]
             targets = tuple(t for i, t in enumerate(obs.targets) if i not in lone)
             obs = replace(kept, target=number[kept.target], targets=targets)

@@ -27,7 +27,7 @@ from robocal.errors import ModelError, nearest
 __all__ = ["Arg", "BaseOptions", "Option", "OptionField", "arg", "entries", "option"]
 
 KINDS = {bool: "True or False", int: "a whole number", float: "a number", str: "a word"}
-FILE_UNITS = ("length", "angle", "mass", "force")
+FILE_UNITS = {"length": "mm", "angle": "deg", "mass": "kg", "force": "N"}  # with a unit of each
 
 
 @record
@@ -40,10 +40,10 @@ class Arg:
 
 @record
 class Option:
-    """A named option. `name`: where it is not the field's; `short`: "-n"; `unit`: a dimension of the robot file ("length") or a
-    unit; `least` and `most`: the range, both ends included, `above` without its end; `wrong`: what is said outside; `numbers`:
-    a word of so many numbers, named between commas; `otherwise`: in words, what happens without it; `negative`: the option that
-    says no, of a flag; `listed`: words may also be separated by commas."""
+    """A named option. `name`: where it is not the field's; `short`: "-n"; `unit`: a dimension of the robot file ("length"), one of
+    each of several numbers ("length,angle"), or a unit; `least` and `most`: the range, both ends included, `above` without its end;
+    `wrong`: what is said outside; `numbers`: a word of so many numbers, named between commas; `otherwise`: in words, what happens
+    without it; `negative`: the option that says no, of a flag; `listed`: words may also be separated by commas."""
 
     help: str
     metavar: str = ""
@@ -81,7 +81,9 @@ class Option:
         if any(choice not in words for choice in self.choices):
             words += f": {', '.join(self.choices)}"
         if self.unit:
-            words += f", in the robot file's unit of {self.unit}" if self.unit in FILE_UNITS else f" [{self.unit}]"
+            several = "units or their own"
+            own = f"unit of {self.unit} or its own" if self.unit in FILE_UNITS else several if "," in self.unit else ""
+            words += f", in the robot file's {own}" if own else f" [{self.unit}]"
         if self.range:
             words += f", {self.range}"
         return f"{words}." + (f"  [default: {self.otherwise}]" if self.otherwise else "")
@@ -143,6 +145,9 @@ class BaseOptions:
                 given = getattr(self, entry.name)
                 if getattr(given, "shape", None) == () and callable(scalar := getattr(given, "item", None)):
                     given = scalar()  # of numpy, as Python's
+                    object.__setattr__(self, entry.name, given)
+                if entry.kind is float and entry.facts.unit and isinstance(given, str):
+                    given = _typed(entry, entry.facts, given)
                     object.__setattr__(self, entry.name, given)
                 if given is None and not entry.optional:
                     expected = KINDS.get(entry.kind, "a path")
@@ -229,17 +234,34 @@ def _check(entry: OptionField, told: Option, value: Any) -> None:
         raise ModelError(told.wrong, key=entry.word, found=value, expected=", ".join(w for w in words if w))
 
 
+def _typed(entry: OptionField, told: Option, text: str) -> Any:
+    """A number that was typed with a unit: as it is, with the unit of a file to come, or in the unit of the option; else the text."""
+    from robocal.files.units import parse_unit, typed_number
+
+    unit = parse_unit(FILE_UNITS.get(told.unit, told.unit), key=entry.word)
+    found = typed_number(text, unit, key=entry.word)
+    if found is None or told.unit in FILE_UNITS:
+        return text if found is None else found
+    return unit.from_si(float(found))
+
+
 def _in_si(entry: OptionField, value: Any, units: Any) -> Any:
     if isinstance(entry.facts, Arg) or value is None:
         return value
     if isinstance(value, tuple):
         return tuple(_in_si(entry, v, units) for v in value)
-    if entry.facts.numbers:
+    from robocal.files.units import TypedNumber, in_si, numbers_of
+
+    if isinstance(value, TypedNumber):
+        return float(value)
+    if names := entry.facts.numbers:
+        of_file = [getattr(units, what) for what in entry.facts.unit.split(",") if what in FILE_UNITS]
+        if of_file:
+            each = of_file if len(of_file) > 1 else of_file * (names.count(",") + 1)
+            return in_si(value, names, each, key=entry.word)
         import numpy as np
 
-        from robocal.files.units import numbers_of
-
-        value = np.array(numbers_of(value, entry.facts.numbers, key=entry.word))
+        return np.array(numbers_of(value, names, key=entry.word))
     # What several numbers or words may stand for, whoever reads them converts.
     plain = isinstance(value, str) or entry.facts.unit not in FILE_UNITS
     return value if plain else getattr(units, entry.facts.unit).to_si(value)

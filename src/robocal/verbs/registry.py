@@ -47,6 +47,7 @@ CABLE: Mapping[str, str] = MappingProxyType({
     "require": "Sensors and poses that a calibration needs.",
     "drift": "Which anchor moved between calibrations?",
     "straightness": "Sag and stretch, and the tension that keeps them small.",
+    "rig": "A virtual rig: from a tape measure to a verified calibration.",
 })  # fmt: skip
 VISION: Mapping[str, str] = MappingProxyType({
     "sheet": "Markers and boards to print, at true scale.",

@@ -95,6 +95,13 @@ def held(pose, wrench, cables, rows, body, bounds, method, power, tension):
             if not (full[j] > SHORTEST and math.isfinite(w[0, i, j])):
                 tension[:] = math.nan
                 return INFEASIBLE
+    return choose(w, load, bounds, method, power, tension)
+
+
+@kernel
+def choose(w, load, bounds, method, power, tension):
+    """tension (m,) <- those within bounds (3, m) that balance a load (1, d) with a structure (1, d, m), by a method; FOUND or not."""
+    m = bounds.shape[1]
     out, code, lo, hi = np.empty((1, m)), np.empty(1, np.int64), bounds[0], bounds[1]
     if method == CENTRE:
         redundancy = np.empty(1, np.int64)

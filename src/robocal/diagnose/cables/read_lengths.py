@@ -12,7 +12,7 @@ from robocal.cables.geometry import CableRobot, straight
 from robocal.diagnose.check_registry import Context, Finding, Given, When, check, note, refuse
 from robocal.diagnose.limits import CABLE_COPIES, SIZE_CONFIGURATIONS, SIZES_APART
 from robocal.measure.data import Observations
-from robocal.measure.lengths import gains_at, locate_platform, owner
+from robocal.measure.lengths import gains_at, locate_platform, owner, readings
 from robocal.measure.machine import Model
 from robocal.remarks.code import Code
 from robocal.remarks.english import declare
@@ -23,7 +23,7 @@ __all__ = ["COPIED", "TWO_SIZES", "copies", "sizes", "stretch"]
 TWO_SIZES = declare(
     "two-sizes",
     "positions and lengths disagree on the size of the robot",
-    "Check the unit of positions and of lengths.",
+    "Check the unit of positions and of lengths, and the gain of the drums.",
 )
 
 
@@ -43,8 +43,8 @@ def sizes(context: Context[CableRobot]) -> Iterator[Finding]:
         if known.sum() >= SIZE_CONFIGURATIONS:
             here, there = (float(np.linalg.norm(v[known].std(axis=0))) for v in (obs.value[:, :3], by_lengths))
         else:  # lengths that no pose meets: of a step in any direction a length takes a third, in the mean of squares
-            of = lengths.extra["cable"]
-            each = [float(lengths.value[of == c, 0].std()) for c in np.unique(of)]
+            wound = readings(robot, lengths, len(data.configurations))
+            each = [float(np.nanstd(w)) for w in wound.T[np.isfinite(wound).any(axis=0)]]
             here, there = float(np.linalg.norm(obs.value[:, :3].std(axis=0))), float(np.sqrt(3.0) * np.median(each))
         if len(obs) >= SIZE_CONFIGURATIONS and there > 0 and not 1 / SIZES_APART < here / there < SIZES_APART:
             frame = float(np.linalg.norm(robot.frame_points.std(axis=0)))

@@ -71,11 +71,14 @@ def _model(robot: CableRobot, stiff: Array) -> Iterator[str]:
     yield f"       The damping of the cables is assumed: {100 * DAMPING:g} % of the critical one of the platform on one cable."
     if robot.inertia is None:
         yield "       The inertia is assumed: that of a box of the platform's mass around its anchors."
-    wound = " times its gain" if robot.states_gains else ""
-    wound = " as its drum winds it up," if robot.states_build_up else wound
-    yield f"       The unstretched length of a cable is what its sensor shows{wound} plus its zero:"
-    zeros = (f"{c} {_text(z)}" for c, z in zip(robot.cables, robot.zeros, strict=True))
-    yield f"       {', '.join(zeros).replace('--', '- -')} -->"
+    terms = ["gain y" if robot.states_gains else "y", *["build-up y^2"] * robot.states_build_up, "zero"]
+    yield f"       The unstretched length of a cable whose sensor shows y is {' + '.join(terms)}:"
+    drums = [("gain", robot.gain)] * robot.states_gains + [("build-up", robot.build_up)] * robot.states_build_up
+    numbers = [("zero", robot.zeros), *drums]
+    of_each = (
+        ", ".join([cable, *(f"{what} {_text(v[i])}" for what, v in numbers)]) for i, cable in enumerate(robot.cables)
+    )
+    yield f"       {'; '.join(of_each).replace('--', '- -')} -->"
     yield f'  <option timestep="{step:g}" integrator="implicitfast" gravity="{_text(GRAVITY)}"/>'
     yield "  <worldbody>"
     for cable, point in zip(robot.cables, robot.a, strict=True):

@@ -53,10 +53,17 @@ class ElongationModel(DataModel):
 
 
 def _above(
-    found: Array, table: CsvTable, column: str | int, message: str, expected: str, *, zero: bool = False
+    found: Array,
+    table: CsvTable,
+    column: str | int,
+    message: str,
+    expected: str,
+    *,
+    zero: bool = False,
+    shown: Array | None = None,
 ) -> None:
     good = found >= 0 if zero else found > 0
-    table.insist(good[:, None], [column], message, found[:, None], expected=expected)
+    table.insist(good[:, None], [column], message, (found if shown is None else shown)[:, None], expected=expected)
 
 
 def _pulls(model: SagModel | ElongationModel, table: CsvTable, document: YamlDocument, zero: bool) -> Array:
@@ -95,7 +102,8 @@ def read_sag(model: SagModel, table: CsvTable, document: YamlDocument) -> Values
     named = (model.sag.columns or ["sag"])[0]
     _above(values.value[:, 0], table, named, "a cable hangs down", "how far the middle is below its ends", zero=True)
     span = _length("span", model.span, table, document)
-    _above(span - values.value[:, 0], table, named, "no cable hangs by more than its span", "a sag in its own unit")
+    sag = values.value[:, 0]
+    _above(span - sag, table, named, "no cable hangs by more than its span", "a sag in its own unit", shown=sag)
     return replace(values, extra={"span": span, "tension": _pulls(model, table, document, False)})
 
 
@@ -104,7 +112,8 @@ def read_elongation(model: ElongationModel, table: CsvTable, document: YamlDocum
     values = QuantityColumns("elongation", ("elongation",), ("s_elongation",)).read(model, table, document)
     length = _length("length", model.length, table, document)
     named = (model.elongation.columns or ["elongation"])[0]
-    _above(length - values.value[:, 0], table, named, "no cable doubles its length", "an elongation in its own unit")
+    longer = values.value[:, 0]
+    _above(length - longer, table, named, "no cable doubles its length", "an elongation in its own unit", shown=longer)
     return replace(values, extra={"length": length, "tension": _pulls(model, table, document, True)})
 
 

@@ -40,6 +40,7 @@ PIXEL = QuantityColumns("pixels", ("u", "v"), ("su", "sv"), "px")
 POINT = QuantityColumns("points", ("point_x", "point_y", "point_z"), ())
 PINHOLE = SYMBOLS[:4]
 EVERY = tuple(dict.fromkeys(s for m in MODELS.values() for s in m.symbols))
+RIM = 1.0  # px: half a pixel to the rim, and as much where corners count from 1
 ROUNDED = 1  # px: what a size loses when images are scaled
 # A square of edge 2 about the origin, in the order in which ArUco and AprilTag detectors list corners.
 SQUARE = np.array([[-1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [-1.0, -1.0, 0.0]])
@@ -114,6 +115,7 @@ def read_pixels(model: PixelsModel, table: CsvTable, document: YamlDocument) -> 
     values = replace(values, options=options, files=files, extra=extra)
     if not files and size is not None:
         _insist_inside(lens, size, document)
+        _refuse_exchanged_sides(values.value, lens, size, document)
     if (model.points is None) == (model.corners is None):
         expected = "points: {columns: [...], unit: mm}, or corners"
         document.fail("the measured points are not specified", ("points",), expected=expected)
@@ -152,6 +154,21 @@ def read_camera(
     ):
         _refuse_size(camera, size, found.lens, document)
     return lens, (found.file,)
+
+
+def _refuse_exchanged_sides(pixels: Array, lens: Lens, size: tuple[int, int], document: YamlDocument) -> None:
+    """Raises FormatError where pixels (k, 2) lie outside the image, and inside it once width and height are exchanged; where the centre of
+    the lens is nearer to the middle of the image as stated, u and v are, and a fit says so."""
+
+    def inside(sides: Array) -> bool:
+        return bool(((pixels >= -RIM) & (pixels <= sides - 1 + RIM)).all())
+
+    stated = np.array(size)
+    off, other = (float(np.abs(lens.intrinsics[2:4] - sides / 2).max()) for sides in (stated, stated[::-1]))
+    if not inside(stated) and inside(stated[::-1]) and other < off:
+        far = f"{size[0]} x {size[1]} px, and pixels up to {pixels[:, 0].max():.0f}, {pixels[:, 1].max():.0f}"
+        message = "width and height of the images are exchanged"
+        document.fail(message, ("image",), found=far, expected=f"[{size[1]}, {size[0]}]: width and height")
 
 
 def _insist_inside(lens: Lens, size: tuple[int, int], document: YamlDocument) -> None:

@@ -15,7 +15,7 @@ from robocal.geometry import fits, se3
 from robocal.measure.data import DataSet, Observations
 from robocal.measure.machine import Model, freedom_of
 
-__all__ = ["replace_by_anchors"]
+__all__ = ["begin_zeros", "replace_by_anchors"]
 
 KINDS = ("pose", "position")
 
@@ -58,3 +58,24 @@ def replace_by_anchors(model: Model, data: DataSet, start: Array, lacking: Bools
                 out[known & lacking] = vector
                 break
     return out
+
+
+def begin_zeros(model: Model, data: DataSet) -> dict[str, float]:
+    """Where a robot's own zeros begin that are free and that nobody has said, where its platform stood at the starts of `data`; nothing
+    where they are as the file has them, as near as any making leaves lengths."""
+    drawn = [o for o in data.observations if o.kind == "lengths" and not o.options.get("zeros")]
+    start, table = data.configurations.start, model.table
+    if start is None or not drawn:
+        return {}
+    from robocal.measure.anchor_start import machine_size
+    from robocal.measure.lengths import zeros_at
+
+    unsaid = {n for n in table.free if n in model.anywhere and table[n].prior is None}
+    found: dict[str, float] = {}
+    for obs in drawn:
+        known = np.asarray(np.isfinite(start).all(axis=1))
+        index = np.flatnonzero(known[obs.configuration])
+        zeros = zeros_at(model, obs, index, se3.from_vector(start[obs.configuration[index]]), own=True)
+        found |= {n: v for n, v in zeros.items() if n in unsaid}
+    off = [abs(v - table[n].value) for n, v in found.items()]
+    return found if off and np.median(off) > START_ASKS * machine_size(model) else {}

@@ -10,6 +10,7 @@ from robocal.remarks.english.files import FileRemarks
 from robocal.remarks.english.identify_remarks import IdentificationRemarks
 from robocal.remarks.english.map_remarks import MapRemarks
 from robocal.remarks.english.parameter_remarks import ParameterRemarks
+from robocal.remarks.english.rig_remarks import RigRemarks
 from robocal.remarks.english.verbs import UseRemarks
 from robocal.remarks.english.verdict_remarks import VerdictRemarks
 from robocal.remarks.english.vision_remarks import VisionRemarks
@@ -29,6 +30,7 @@ class Code(
     VisionRemarks,
     MapRemarks,
     DriveRemarks,
+    RigRemarks,
 ):
     """Everything that robocal may remark on, by name."""
 

@@ -84,8 +84,8 @@ class CableRemarks:
         "standard deviations include the uncertainty of the calibration of {run}, beside the noise of these lengths"
     )
     SHAPE_CARRIED = Phrase(
-        "standard deviations include the uncertainty of the calibration of {run}, wherever its base stands: no measurement shows that, and "
-        "it is placed best over these rows"
+        "standard deviations include the uncertainty of the calibration of {run}, but not where its base stands, which nothing measured: "
+        "the base is taken as placed best over these rows"
     )
     STRETCH_TAKEN = Phrase("stretch is removed from the lengths, up to {most}, by {how} tensions")
     BASE_NOT_MEASURED = Phrase(
@@ -102,9 +102,9 @@ class CableRemarks:
         "Of several power-ups, `robocal cable rezero` writes the zeros of the one that is on. Of several drums, name one `gain` in all "
         "files.",
     )
-    BEYOND_TAKEN = Phrase("lengths are read with the {names} that {run} identified")
+    BEYOND_TAKEN = Phrase("lengths are read with {names}, as {run} identified them")
     ZEROS_LEFT_ASIDE = Phrase(
-        "lengths are read with the zeros of the robot file, not with the {names} that {run} identified as well"
+        "lengths are read with the zeros of the robot file, not with {names}, which {run} identified as well"
     )
     TENSIONS_WEIGH = Phrase(
         "the tensions carry a mass of {mass}, the robot file states {stated}",
@@ -301,13 +301,21 @@ class CableRemarks:
         "with the tension the loads vary by {share:.0%} of what those of such a cable would (the fit of the {what})",
         "Check units and columns of the loads, and that each row is of one load.",
     )
+    LOADS_SCATTER = Phrase(
+        "the sags scatter by {share:.0%} around those that one weight makes at these tensions and spans",
+        "Check that each row is of one load: its sag, its tension and its span.",
+    )
     CABLE_HANGS_SLACK = Phrase(
         "{pose}: the tension of {cable}, {tension:.3g}, does not carry its weight[; so at {more} more poses]",
         "Choose a greater tension there.",
     )
+    STRETCH_BEYOND = Phrase(
+        "{cable} is {share:.0%} longer under {tension:.3g}: a rope breaks before",
+        "Check the elasticity in the robot's file and its unit, and that of the tensions.",
+    )
     SPAN_UNLIKE = Phrase(
-        "the level cable spans {span:.4g}, the longest cable of the robot {longest:.4g}",
-        "State --span in {unit}, the unit of the robot's file.",
+        "the level cable of the table is {span:.4g} long, the longest cable at the poses {longest:.4g}",
+        "Give --span in {unit}, the unit of the robot's file.",
     )
     TENSIONS_BEYOND = Phrase(
         "the tensions are {low:.4g~} to {high:.4g}, the robot's file allows {least:.4g~} to {most:.4g}",

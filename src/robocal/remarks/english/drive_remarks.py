@@ -33,8 +33,8 @@ class DriveRemarks:
         "Correct the unit of the time; if it is right, sweep at about 3 deg/s.",
     )
     DRIVE_EFFORT_SIZE = Phrase(
-        "the efforts of {log} reach {size:.3g} {unit}: no motor asks so {word} without a load",
-        "Correct the unit of the effort; if something hangs on the shaft, say so (--loaded).",
+        "the effort of {log} reaches {value:.3g} {unit}: no motor without a load asks for so {word}",
+        "Correct the unit of the effort[; if something hangs on the shaft, say so ({option})].",
     )
     DRIVE_PART_COMPARED = Phrase("{missing} of the 12 arcs of a turn are not in {log}: nothing is compared there")
     DRIVE_AT_LIMIT = Phrase(
@@ -113,12 +113,12 @@ class DriveRemarks:
         "quick orders",
         "Take a narrower --window, or --method harmonics.",
     )
-    DRIVE_RUN_UNPROVEN = Phrase(
-        "the verdict of the run of {motor} is {verdict}: its table is not known to help",
-        "Sweep again as that run advises, and take the new one.",
-    )
     DRIVE_HELD_BACK = Phrase(
         "the log of {log}, at {speed:.3g} {unit}, is held back: the table alone explains {alone:.0%} of its effort"
+    )
+    DRIVE_UNPROVEN = Phrase(
+        "the table of {motor} is not proven: `robocal drive identify` called it {verdict}",
+        "Do as that run advises, and identify the motor again.",
     )
     DRIVE_OTHER_MOTOR = Phrase(
         "the log of {log} shows {gain:.2g} times the curve of this table, and harmonics of the same orders explain {best:.0%} of it: it is "

@@ -42,13 +42,13 @@ class IdentificationRemarks:
     PRIORS_IGNORED = Phrase("{method} ignores priors and bounds", "Use lm where priors are stated.")
     RESTARTED = Phrase("the first fit was not acceptable; {starts} further starts were tried")
     OUTLIERS = Phrase(
-        "{group}: {count} of {total} rows are gross and were excluded[, whole views among them: {views}] (the farthest at "
+        "{group}: {count} of {total} rows are gross and were excluded[, whole views among them: {views}, {names}] (the farthest at "
         "configuration {configuration}[, {distance:.3g} robust standard deviations])[; {counted} of them are held out and count in the "
         "mean that decides]",
         "Look at these rows, and correct or remove them. They were not fitted.",
     )
     STRANGE = Phrase(
-        "{group}: {count} of {total} rows are suspect but were used[, whole views among them: {views}] (the farthest at "
+        "{group}: {count} of {total} rows are suspect but were used[, whole views among them: {views}, {names}] (the farthest at "
         "configuration {configuration})",
         "Look at these rows.",
     )

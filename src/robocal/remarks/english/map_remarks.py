@@ -136,6 +136,19 @@ class MapRemarks:
         "{after:.2g} and {after_turn:.2g}",
         "Say so: {option}.",
     )
+    VIEWS_OUT_OF_STEP = Phrase(
+        "from view {first} on every view belongs to the pose one {word}: {count} views miss their own by {before:.3g} and "
+        "{before_turn:.2g}, that one by {after:.2g} and {after_turn:.2g}",
+        "Take out the image or the pose that has no partner, or name the images in a column `image` beside the poses.",
+    )
+    MARKERS_EXCHANGED = Phrase(
+        "in {count} of {total} views the numbers of {one} and {other} are exchanged ({views})",
+        "Exchange the two numbers there, or leave those views out (--exclude).",
+    )
+    MARKER_TWICE = Phrase(
+        "{marker} is at two places, {apart:.3g} and {turned:.2g} apart: {count} of {total} views show the other one ({views})",
+        "Of two markers with one number cover one, or leave those views out (--exclude).",
+    )
     LABELS_TURNED = Phrase(
         "in {count} of {total} views the board is labelled from its other end ({views}): with half a turn there, the error of most points "
         "falls from {stated:.3g} to {left:.3g}",

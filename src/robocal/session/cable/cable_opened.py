@@ -269,7 +269,13 @@ class OpenedCable(Opened[CableRobot]):
         if form in ("csv", "markdown"):
             return cable_rows(robot, self.file.units), ()
         if form == "mjcf":
-            return mjcf(robot), (Remark.of(Code.INERTIA_ASSUMED),) if robot.inertia is None else ()
+            try:
+                text = mjcf(robot)
+            except ModelError as error:
+                error.file = str(self.file.path)
+                error.args = (str(error),)
+                raise
+            return text, (Remark.of(Code.INERTIA_ASSUMED),) if robot.inertia is None else ()
         if form == "yaml":
             return super().export(form)
         message, expected = f"this is a {self.noun}, and an arm is needed", "--format yaml, mjcf, csv or markdown"

@@ -143,15 +143,24 @@ class Calibrated:
     def remarks(self) -> tuple[Remark, ...]:
         """What is to be said of poses from lengths that it is asked for."""
         taken = tuple(dict.fromkeys((*self.gains.gains, *self.gains.owned)))
-        out = [Remark.of(Code.BEYOND_TAKEN, names=taken, run=self.place)] if taken else []
+        out = [Remark.of(Code.BEYOND_TAKEN, names=_spans(taken), run=self.place)] if taken else []
         if self.aside:
-            out.append(Remark.of(Code.ZEROS_LEFT_ASIDE, names=self.aside, run=self.place))
+            out.append(Remark.of(Code.ZEROS_LEFT_ASIDE, names=_spans(self.aside), run=self.place))
         return (*out, *self.cautions)
 
     @property
     def robot(self) -> CableRobot:
         """The robot as it was found."""
         return self.file.robot
+
+
+def _spans(names: Iterable[str]) -> tuple[str, ...]:
+    """Names of which each owner has many, by the first and the last: first.c1 to first.c8."""
+    of: dict[str, list[str]] = {}
+    for name in names:
+        first, *_, last = name.split(".")
+        of.setdefault(f"{first} {GAIN if last == GAIN else ''}", []).append(name)
+    return tuple(w for own in of.values() for w in (own if len(own) < 3 else [f"{own[0]} to {own[-1]}"]))
 
 
 def open_robot(place: str | os.PathLike[str], zeros: bool = True) -> CableFile:

@@ -23,7 +23,15 @@ from robocal.prove.statistics import Statistic
 from robocal.prove.verdict import Verdict, verdict_of
 from robocal.remarks.english import Code
 from robocal.remarks.remark import Quantity, Remark
-from robocal.session.cable.load_remarks import copied, different, far_rows, insist_different, unexplained, unlike
+from robocal.session.cable.load_remarks import (
+    copied,
+    different,
+    far_rows,
+    insist_different,
+    scatter,
+    unexplained,
+    unlike,
+)
 
 __all__ = ["LoadFit", "Loads", "fit_loads"]
 
@@ -70,7 +78,8 @@ class LoadFit:
     def why(self) -> Remark | None:
         """Why these loads are not those of such a cable."""
         refused = self.verdict.status == "refused"
-        return self.below or unexplained(self.what, self.decision, always=refused)
+        told = self.below or unexplained(self.what, self.decision, always=refused)
+        return told or (scatter(self.decision) if self.what == "weight" else None)
 
     @cached_property
     def unseen(self) -> Statistic | None:

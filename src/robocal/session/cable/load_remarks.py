@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from robocal._types import Array
 from robocal.cables.rope import ELASTICITY, WEIGHT, Rope
 from robocal.diagnose import limits
 from robocal.errors import FormatError
@@ -17,7 +18,7 @@ from robocal.prove.results import ParameterResult
 from robocal.remarks.english import Code
 from robocal.remarks.remark import Quantity, Remark
 
-__all__ = ["copied", "different", "far_rows", "insist_different", "unexplained", "unlike"]
+__all__ = ["copied", "different", "far_rows", "insist_different", "scatter", "unexplained", "unlike"]
 
 READS = {WEIGHT: ("sag", "span", "every_cable.density"), ELASTICITY: ("elongation", "length", "every_cable.elasticity")}
 
@@ -102,15 +103,27 @@ def insist_different(data: DataSet, count: int) -> None:
         )
 
 
-def unexplained(what: str, decision: Decision[Rope], always: bool = False) -> Remark | None:
-    """That loads vary by another share of what a fit foretells, by least squares with a constant: not by all of it, beyond chance, and
-    half of it or more is lost. A gauge that stands shows nothing of it; with a free offset the share is one."""
+def _read_and_told(decision: Decision[Rope]) -> tuple[Array, Array]:
+    """What was read of every load that counts, and what the fit says of it, (k,) m."""
     data, fit = decision.need_data, decision.need_fit
     some = [o for o in data.observations if len(o)]
     kept = np.concatenate([np.ones(len(o), bool) if o.used is None else o.used for o in some])
     read = np.concatenate([o.value[:, 0] for o in some])[kept]
     every = [predict_rows(decision.model, data, o, fit.problem.table, fit.solution.x)[:, 0] for o in some]
-    told = np.concatenate(every)[kept]
+    return read, np.concatenate(every)[kept]
+
+
+def scatter(decision: Decision[Rope]) -> Remark | None:
+    """That sags are not those of one weight: rows that were shuffled, or tensions that were not written down, leave so much of them."""
+    read, told = _read_and_told(decision)
+    share = float(np.sqrt(np.mean((read - told) ** 2) / max(float(np.mean(read**2)), 1e-300)))
+    return Remark.of(Code.LOADS_SCATTER, share=share) if share > limits.SAGS_SCATTER else None
+
+
+def unexplained(what: str, decision: Decision[Rope], always: bool = False) -> Remark | None:
+    """That loads vary by another share of what a fit foretells, by least squares with a constant: not by all of it, beyond chance, and
+    half of it or more is lost. A gauge that stands shows nothing of it; with a free offset the share is one."""
+    read, told = _read_and_told(decision)
     y, x = read - read.mean(), told - told.mean()
     if not (len(x) > 2 and x @ x > 0):
         return None

@@ -113,7 +113,7 @@ def _with_zeros_free(robot: CableRobot) -> CableRobot:
 
 
 def _noise(file: CableFile, sigma: float | None, pose: Array | None, alone: bool) -> MeasurementNoise:
-    """Of a length in m, and of a measured pose (2,) in the file's units, or of encoders alone. Raises ModelError."""
+    """Of a length in m, and of a measured pose (2,) in m and rad, or of encoders alone. Raises ModelError."""
     length = UNSTATED if sigma is None else sigma
     if pose is None:
         return MeasurementNoise(length, measured=not alone)
@@ -121,9 +121,9 @@ def _noise(file: CableFile, sigma: float | None, pose: Array | None, alone: bool
         message, other = "no instrument measures poses", "--encoders-only"
         raise ModelError(message, key="--pose-noise", found=other, expected="one of them")
     if pose.min() < 0:
-        found = ",".join(f"{v:g}" for v in pose)
+        found = f"{file.units.length.from_si(float(pose[0])):g},{file.units.angle.from_si(float(pose[1])):g}"
         raise ModelError("a noise is a standard deviation", key="--pose-noise", found=found, expected="0 or more")
-    return MeasurementNoise(length, file.units.length.to_si(float(pose[0])), file.units.angle.to_si(float(pose[1])))
+    return MeasurementNoise(length, float(pose[0]), float(pose[1]))
 
 
 def _doubts(listing: PoseList, noise: MeasurementNoise, o: Any, file: CableFile) -> Iterator[Remark]:
@@ -136,8 +136,9 @@ def _doubts(listing: PoseList, noise: MeasurementNoise, o: Any, file: CableFile)
     if noise.measured and not (noise.position or noise.orientation):
         yield Remark.of(Code.POSES_TAKEN_EXACT)
     if noise.length > EXPECTED:
-        unit = file.units.length.name
-        yield Remark.of(Code.NOISE_TEACHES_NOTHING, sigma=o.sigma, unit=unit, expected=Quantity(EXPECTED))
+        unit = file.units.length
+        sigma = unit.from_si(noise.length)
+        yield Remark.of(Code.NOISE_TEACHES_NOTHING, sigma=sigma, unit=unit.name, expected=Quantity(EXPECTED))
 
 
 # LIMITS, and the groups of `PoseChoice.expected`, in words.

@@ -18,7 +18,7 @@ from robocal.cables.statics import structure_of
 from robocal.diagnose.limits import BOX_LARGEST
 from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
-from robocal.files.units import numbers_of
+from robocal.files.units import in_si
 from robocal.geometry import se3, so3
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -70,9 +70,8 @@ def pose_of(file: CableFile, robot: CableRobot, said: str, key: str = "--start")
         words = "mean, best, " if key == "--start" else ""
         raise ModelError("not a pose", key=key, found=said, expected=f"{words}X,Y,Z or X,Y,Z,RX,RY,RZ")
     values = np.zeros(6)
-    values[:many] = numbers_of(said, "X,Y,Z" if many == 3 else "X,Y,Z,RX,RY,RZ", key=key)
-    values[:3] = file.units.length.to_si(values[:3])
-    values[3:] = file.units.angle.to_si(values[3:])
+    units = ([file.units.length] * 3 + [file.units.angle] * 3)[:many]
+    values[:many] = in_si(said, "X,Y,Z" if many == 3 else "X,Y,Z,RX,RY,RZ", units, key=key)
     if any(values[i] != 0 and i not in robot.axes for i in range(3, 6)):
         message = f"a robot with {robot.degrees} does not turn so"
         raise ModelError(message, key=key, found=said, expected="X,Y,Z, or 0 there")
@@ -96,7 +95,7 @@ def body_of(file: CableFile, robot: CableRobot, said: str) -> Body | None:
         return box(0.5 * np.ptp(robot.b, axis=0), 0.5 * (robot.b.min(axis=0) + robot.b.max(axis=0)))
     if "," not in said:
         raise ModelError("not a body", key="--body", found=said, expected="hull, box, none or LX,LY,LZ")
-    edges = file.units.length.to_si(np.array(numbers_of(said, "LX,LY,LZ", key="--body")))
+    edges = in_si(said, "LX,LY,LZ", [file.units.length] * 3, key="--body")
     return box(0.5 * edges)
 
 

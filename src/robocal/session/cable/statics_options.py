@@ -20,7 +20,7 @@ from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.pose_lists import WRENCH, CableList
 from robocal.files.parts import CableDocument, provenance_of
 from robocal.files.text import InputFile
-from robocal.files.units import numbers_of
+from robocal.files.units import UNITS, in_si
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, remark_fields
 
@@ -78,9 +78,8 @@ def wrench_of(file: CableFile, wrench: str | None) -> Array:
     Raises ModelError."""
     if wrench is None:
         return np.zeros(6)
-    values = np.array(numbers_of(wrench, "FX,FY,FZ,MX,MY,MZ", key="--wrench"))
-    values[:3] = file.units.force.to_si(values[:3])
-    return values
+    units = [file.units.force] * 3 + [UNITS["Nm"]] * 3
+    return in_si(wrench, "FX,FY,FZ,MX,MY,MZ", units, key="--wrench")
 
 
 def balance_remarks(robot: CableRobot, wrenches: Array) -> tuple[Remark, ...]:

@@ -15,6 +15,7 @@ from robocal.cables.geometry import CableRobot
 from robocal.errors import FormatError
 from robocal.files.cable.pose_lists import CableList
 from robocal.files.runfolder import Run
+from robocal.files.units import parse_unit
 from robocal.measure.cable.winch_tensions import FRICTION, KT, RATIO
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
@@ -37,7 +38,7 @@ class RunWinches:
         """Those of a run; None where it has none, or those of several files."""
         told = {} if run is None else {p.name: p for p in run.result.parameters}
         value = {
-            n: float(v)
+            n: parse_unit(p.unit, key=n).to_si(float(v))
             for n, p in told.items()
             if (v := p.nominal if p.identified is None else p.identified) is not None
         }

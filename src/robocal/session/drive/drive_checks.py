@@ -12,16 +12,13 @@ from robocal._types import Array, Bools
 from robocal.diagnose.drive_limits import (
     AT_LIMIT,
     ELECTRICAL_LEAVES,
-    LEAST_CURRENT,
     LEAST_PACE,
-    LEAST_TORQUE,
-    MOST_CURRENT,
     MOST_PACE,
-    MOST_TORQUE,
     NOISE_TIMES,
     QUICK_RIPPLE,
     READING_EXPLAINS,
     SLOTS_NAME,
+    SWEEP_EFFORT,
     TABLE_EXPLAINS,
     WEIGHT_MOST,
     WEIGHT_SEEN,
@@ -35,22 +32,19 @@ from robocal.remarks.remark import Remark
 from robocal.session.drive.drive_fit import HIGHEST, choose, highest_order, moments_of_sweeps
 
 __all__ = [
+    "check_better_reading",
     "check_coverage",
-    "check_effort",
     "check_electrical",
     "check_motor",
-    "check_pace",
+    "check_speed",
     "check_reading",
     "check_share",
     "check_weight",
     "other_readings",
 ]
 
-LEAST_EFFORT = {"A": LEAST_CURRENT, "N m": LEAST_TORQUE}
-MOST_EFFORT = {"A": MOST_CURRENT, "N m": MOST_TORQUE}
 FEW = 6  # grid: orders, by which another reading is tried
 LEVELS = 20  # grid: a coarser effort has its largest value often by itself
-MOST_ROWS = 0.99  # grid: of the rows, by which the size of an effort is told
 CROWD = 5  # grid: times the rows at the next value; of a round top that is told in steps it is 2.4
 LEAST_TURN = 0.9  # grid: of a turn, which another reading of the angle has to cover
 MOST_PAIRS = 24  # grid: pole pairs; motors of robots have fewer
@@ -72,8 +66,10 @@ def check_coverage(
     if not all(ways.values()):
         yield Remark.of(Code.DRIVE_ONE_DIRECTION, log=parts[0].name), True
     for part in parts:
-        yield from check_pace(part)
-        yield from check_effort(part)
+        yield from check_speed(part)
+        size = _effort_size(part)
+        if size is not None:
+            yield size, True
         cut = _cut_off(part)
         if cut is not None:
             yield cut, True
@@ -84,7 +80,7 @@ def check_coverage(
         yield Remark.of(Code.DRIVE_ORDERS_UNSEEN, places=places, highest=highest), highest < own
 
 
-def check_pace(sweep: Sweep) -> Iterator[tuple[Remark, bool]]:
+def check_speed(sweep: Sweep) -> Iterator[tuple[Remark, bool]]:
     """A pace that no sweep has, as another unit of time makes it."""
     pace = sweep.median_speed
     if not LEAST_PACE <= pace <= MOST_PACE:
@@ -92,13 +88,17 @@ def check_pace(sweep: Sweep) -> Iterator[tuple[Remark, bool]]:
         yield Remark.of(Code.DRIVE_PACE, log=sweep.name, speed=float(np.degrees(pace)), word=word), True
 
 
-def check_effort(sweep: Sweep) -> Iterator[tuple[Remark, bool]]:
-    """An effort that no motor asks without a load, as mA under A or Nmm under Nm make it."""
-    size = float(np.quantile(np.abs(sweep.effort), MOST_ROWS)) if len(sweep) else 0.0
-    least, most = LEAST_EFFORT[sweep.unit], MOST_EFFORT[sweep.unit]
-    if size and not sweep.loaded and not least <= size <= most:
-        word = "little" if size < least else "much"
-        yield Remark.of(Code.DRIVE_EFFORT_SIZE, log=sweep.name, size=size, unit=sweep.unit, word=word), True
+def _effort_size(sweep: Sweep) -> Remark | None:
+    """An effort that no free motor asks for, by the tenth of its rows that is farthest from their middle; None where it may be one."""
+    value = (
+        float(np.quantile(np.abs(sweep.effort - np.median(sweep.effort)), 0.9)) if len(sweep) else 0.0
+    )  # grid: of the rows
+    unit = sweep.unit
+    if value > SWEEP_EFFORT[f"{unit} most"] and not sweep.loaded:
+        return Remark.of(Code.DRIVE_EFFORT_SIZE, log=sweep.name, value=value, unit=unit, word="much", option="--loaded")
+    if 0 < value < SWEEP_EFFORT[f"{unit} least"]:
+        return Remark.of(Code.DRIVE_EFFORT_SIZE, log=sweep.name, value=value, unit=unit, word="little", option=None)
+    return None
 
 
 def _cut_off(sweep: Sweep) -> Remark | None:
@@ -143,13 +143,31 @@ def _explained(sweep: Sweep) -> float:
 
 def check_reading(sweep: Sweep, share: float) -> Remark | None:
     """The other reading that explains what this one does not; None where there is none."""
-    tried = [(words, _explained(other)) for words, other in other_readings(sweep)]
-    words, best = max(tried, key=lambda t: t[1])
+    words, best = _best_reading(sweep)
     return (
         Remark.of(Code.DRIVE_OTHER_READING, change=words, other=best, share=max(share, 0.0))
         if best > READING_EXPLAINS
         else None
     )
+
+
+def _best_reading(sweep: Sweep) -> tuple[str, float]:
+    """What to change for the reading that a few orders explain best, and the share that they do."""
+    return max(((words, _explained(other)) for words, other in other_readings(sweep)), key=lambda t: t[1])
+
+
+def check_better_reading(sweep: Sweep, share: float, noise_share: float, whole: bool) -> Remark | None:
+    """The other reading that halves what this one leaves: low orders of a wrong turn explain much of a curve that its own orders explain.
+    Where noise is most of what is left, none is asked. Of a part of a turn (not `whole`) any curve is explained: another reading needs no
+    more than to explain it too."""
+    if not whole:
+        return check_reading(sweep, share)
+    if 1 - share <= NOISE_TIMES * noise_share:
+        return None
+    words, best = _best_reading(sweep)
+    if best <= READING_EXPLAINS or 1 - best >= ELECTRICAL_LEAVES * (1 - share):
+        return None
+    return Remark.of(Code.DRIVE_OTHER_READING, change=words, other=best, share=share)
 
 
 def check_share(log: DriveLog, sweep: Sweep, share: float) -> Remark | None:

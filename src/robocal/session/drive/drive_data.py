@@ -58,7 +58,10 @@ def friction_of(values: Mapping[str, float], sweeps: Sequence[Sweep]) -> float:
     first = next((v for v in known if v), None)
     if first is not None:
         return first
-    mean = {d: [values.get(f"log{i + 1}.offset", 0.0) for i, s in enumerate(sweeps) if (s.direction[s.used] == d).all()] for d in (1, -1)}
+    mean = {
+        d: [values.get(f"log{i + 1}.offset", 0.0) for i, s in enumerate(sweeps) if (s.direction[s.used] == d).all()]
+        for d in (1, -1)
+    }
     return (mean[1][0] - mean[-1][0]) / 2 if all(mean.values()) else 0.0
 
 

@@ -14,6 +14,7 @@ from robocal.prove.verdict import Verdict, verdict_of
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.drive.drive_checks import (
+    check_better_reading,
     check_coverage,
     check_electrical,
     check_motor,
@@ -55,13 +56,13 @@ def judge_logs(
             warnings.append(remark)
     for remark in contradictions:
         verdict = _doubt(verdict, remark)
+    whole = all(r.code != Code.DRIVE_UNDER_TURN for r in verdict.reasons)
     share = taken.share if np.isfinite(taken.share) else 0.0
     why = check_share(logs[0], sweeps[0], share)
     if why is not None:
         other = check_reading(sweeps[0], share)
         verdict = verdict.instead("refused", other or why)
-    elif any(r.code == Code.DRIVE_UNDER_TURN for r in verdict.reasons) and (other := check_reading(sweeps[0], share)):
-        # What stays within a part of a turn is explained easily: another unit may be a turn of it.
+    elif (other := check_better_reading(sweeps[0], share, noise_share, whole)) is not None:
         verdict = verdict.instead("refused", other)
     else:
         c = taken.motor.cogging

@@ -285,7 +285,7 @@ def identify_logs(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, comma
         if own < harmonics - WINDOW_LOSES:
             remark = Remark.of(Code.DRIVE_WINDOW_FLATTENS, window=float(o.window), table=own, harmonics=harmonics)
             warnings = (*warnings, remark)
-    motor_file = _motor_file(name, taken, logs, sweeps, table, told.torque_constant, verdict)
+    motor_file = _motor_file(name, taken, logs, sweeps, table, told.torque_constant, verdict.status)
     left = _left(taken, moments.highest)
     return IdentifiedDrive(
         warnings=warnings, inputs=tuple(dict.fromkeys(f for log in logs for f in log.files)), command=command, logs=logs, fitted=fitted,
@@ -309,7 +309,7 @@ def _left(taken: MotorFit, highest: int) -> Array:
 
 def _motor_file(
     name: str, taken: MotorFit, logs: Sequence[DriveLog], sweeps: Sequence[Sweep], table: SeedTable | None, constant: float | None,
-    verdict: Verdict,
+    verdict: str,
 ) -> MotorFile:  # fmt: skip
     values = taken.decision.values
     sigma = tuple(max(taken.sigma(p) for p in _parts(n)) for n in taken.motor.orders)
@@ -317,5 +317,5 @@ def _motor_file(
     coulomb = friction_of(values, sweeps)
     return MotorFile(
         name, logs[0].sweep.unit, taken.motor.cogging, values.get("log1.offset", 0.0), table.coulomb if table is not None else coulomb,
-        None if table is None else table.values, constant, sigma, source, verdict=verdict.status,
+        None if table is None else table.values, constant, sigma, source, verdict=verdict,
     )  # fmt: skip

@@ -7,7 +7,7 @@ from typing import Any
 
 from robocal._record import record
 from robocal.errors import ModelError
-from robocal.files.drive_tables import ODRIVE_CELLS, CompensationTable, compensation_table, table_text
+from robocal.files.drive_tables import CompensationTable, compensation_table, table_text
 from robocal.files.motor_file import MotorFile, read_motor
 from robocal.files.parts import Document, Origin
 from robocal.quantities import Listing, UnitValue
@@ -15,7 +15,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.session.verb_base import VerbResult
 
-__all__ = ["DriveTable", "DriveTableDocument", "find_compensation", "unproven"]
+__all__ = ["DriveTable", "DriveTableDocument", "doubt_motor", "find_compensation"]
 
 
 @record(kw_only=True)
@@ -68,28 +68,17 @@ def find_compensation(o: Any, command: str) -> DriveTable:
     if motor.table is None and not motor.cogging.orders:
         found = None if motor.file is None else str(motor.file.file)
         raise ModelError("no cogging was found: there is nothing to compensate", key="orders", found=found)
-    _insist_odrive(o)
     table = compensation_table(motor, o.format, o.cells, o.unit, o.friction, o.torque_constant)
     inputs = () if motor.file is None else (motor.file,)
+    unproven = doubt_motor(motor)
     return DriveTable(
-        motor=motor, table=table, form=o.format, text=table_text(table, o.format), reasons=unproven(motor), inputs=inputs, command=command
+        motor=motor, table=table, form=o.format, text=table_text(table, o.format), inputs=inputs, command=command,
+        reasons=() if unproven is None else (unproven,),
     )  # fmt: skip
 
 
-def unproven(motor: MotorFile) -> tuple[Remark, ...]:
-    """That the run of a motor did not prove its table, where its file says so."""
-    if motor.verdict in (None, "improved"):
-        return ()
-    return (Remark.of(Code.DRIVE_RUN_UNPROVEN, motor=motor.name, verdict=motor.verdict.replace("_", " ")),)
-
-
-def _insist_odrive(o: Any) -> None:
-    """Raises ModelError for options that a map of ODrive cannot heed."""
-    if o.format != "odrive":
-        return
-    for key, told, own in (("--cells", o.cells, ODRIVE_CELLS), ("--friction", o.friction, False)):
-        if told != own:
-            expected = f"{own} cells" if key == "--cells" else "a map without friction: it has one curve for both directions"
-            raise ModelError("a map of ODrive cannot have this", key=key, found=told, expected=expected)
-    if o.unit == "A":
-        raise ModelError("a map of ODrive cannot have this", key="--unit", found=o.unit, expected="Nm")
+def doubt_motor(motor: MotorFile) -> Remark | None:
+    """Why nobody should use the table of a motor: its identification did not prove it. None of one that was proven, or that is no run's."""
+    if motor.verdict in ("", "improved"):
+        return None
+    return Remark.of(Code.DRIVE_UNPROVEN, motor=motor.name, verdict=motor.verdict.replace("_", " "))

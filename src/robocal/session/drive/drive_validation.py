@@ -24,8 +24,8 @@ from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.report.sections import Section
-from robocal.session.drive.drive_checks import check_pace
-from robocal.session.drive.drive_table import unproven
+from robocal.session.drive.drive_checks import check_speed
+from robocal.session.drive.drive_table import doubt_motor
 from robocal.session.drive.foreign_log import contradiction
 from robocal.session.drive.table_share import Explained, compensated_turns, explain
 from robocal.session.verb_base import VerbResult
@@ -152,6 +152,8 @@ def validate_drive(o: Any, command: str) -> DriveValidation:
         every = {n: {k: explain(m, log.sweep, used & (on == k)) for k in there} for n, m in motors.items()}
         parts = every.pop(name)
         warnings, reasons = _judge(motor, files[Path(o.motor)], log, used, on, parts)
+        if (unproven := doubt_motor(files[Path(o.motor)])) is not None:
+            (reasons if files[Path(o.motor)].verdict == "refused" else warnings).append(unproven)
     inputs = (*(f.file for f in files.values() if f.file is not None), *log.files)
     return DriveValidation(
         name=name, motor=motor, log=log, on=on, parts=parts, beside=every, warnings=tuple(warnings), reasons=tuple(reasons),
@@ -163,12 +165,12 @@ def _judge(
     motor: Motor, file: MotorFile, log: DriveLog, used: Bools, on: Bools, parts: Mapping[bool, Explained]
 ) -> tuple[list[Remark], list[Remark]]:
     """What is worth knowing, and why the table is not of this log's motor."""
-    warnings, reasons = [*unproven(file), *log.remarks], list[Remark]()
+    warnings, reasons = [*log.remarks], list[Remark]()
     some = log.sweep.take(used)
     missing = max(some.missing[d] for d in (1, -1) if (some.direction == d).any())
     if missing:
         warnings.append(Remark.of(Code.DRIVE_PART_COMPARED, log=log.path.name, missing=missing))
-    warnings += [r for r, _ in check_pace(some)]
+    warnings += [r for r, _ in check_speed(some)]
     why = contradiction(motor, file.coulomb, log, used, parts)
     if why is not None:
         reasons.append(why)

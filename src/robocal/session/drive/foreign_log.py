@@ -57,7 +57,7 @@ def _reading(motor: Motor, log: DriveLog) -> tuple[str, float]:
 
 def _other_zero(shift: Shift, log: DriveLog, alone: float, moved: bool) -> Remark:
     by = float(log.in_angle_unit(shift.angle))
-    told = {"share": shift.share, "log": log.path.name, "unit": log.angle_unit, "alone": alone}
+    told: dict[str, str | float] = {"share": shift.share, "log": log.path.name, "unit": log.angle_unit, "alone": alone}
     if shift.negative and not shift.mirrored:
         return Remark.of(Code.DRIVE_OTHER_SIGN, shift=by if moved else None, **told)
     turned, effort = "reversed" if shift.mirrored else None, "reversed" if shift.negative else None

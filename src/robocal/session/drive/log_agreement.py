@@ -44,6 +44,10 @@ def _by_itself(log: DriveLog, rows: Bools, most: int) -> tuple[Motor, float]:
     values = {LAG: found.lag}
     for i, order in enumerate(found.orders):
         values |= dict(zip(order_names(order), (float(x[2 + i]), float(x[2 + n + i])), strict=True))
-    mean = [float(np.mean(sweep.effort[rows & (sweep.direction == d)])) for d in (1, -1) if (rows & (sweep.direction == d)).any()]
+    mean = [
+        float(np.mean(sweep.effort[rows & (sweep.direction == d)]))
+        for d in (1, -1)
+        if (rows & (sweep.direction == d)).any()
+    ]
     coulomb = (mean[0] - mean[1]) / 2 if len(mean) == 2 else 0.0
     return motor_of(sweep.name, found.orders, sweep.unit, 1.0).with_values(values), coulomb

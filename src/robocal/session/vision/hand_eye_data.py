@@ -93,11 +93,13 @@ class HandEyeData:
         """The data with other poses of the robot."""
         return replace(self.data, configurations=replace(self.data.configurations, start=se3.to_vector(flange)))
 
-    def target_views(self) -> tuple[Ints, Array]:
-        """The configurations (V,) of views that show the first target well, and its pose in the camera in each, (V, 4, 4)."""
+    def target_views(self, which: int | None = None) -> tuple[Ints, Array]:
+        """The configurations (V,) of views that show a target well, that which most rows show or another, and its pose in the camera in
+        each, (V, 4, 4)."""
         obs = self.observations
         if obs.target is not None and len(obs.targets) > 1:
-            obs = obs.take(np.flatnonzero(obs.target == int(np.bincount(obs.target).argmax())))
+            most = int(np.bincount(obs.target).argmax())
+            obs = obs.take(np.flatnonzero(obs.target == (most if which is None else which)))
             obs = replace(obs, targets=(), target=None)
         if obs.kind == "pose":
             return obs.configuration, se3.from_vector(obs.value)
@@ -120,10 +122,11 @@ def open_hand_eye(o: Any, watch: Watch | None = None) -> HandEyeData:
         views.names, robot, o.pair or ("time" if o.free_delay else None), named=views.named, times=views.times
     )
     if len(pairs.view) < FEWEST:
+        alone = f"; alone are views {some_names(pairs.views_alone)}" if len(pairs.views_alone) else ""
         raise ModelError(
             "too few views have a pose of the robot",
             key="--pair",
-            found=f"{len(pairs.view)}, paired {pairs.description}; alone are views {some_names(pairs.views_alone)}",
+            found=f"{len(pairs.view)}, paired {pairs.description}{alone}",
             expected=ENOUGH,
         )
     flange = robot.pose[pairs.pose]
@@ -138,6 +141,7 @@ def open_hand_eye(o: Any, watch: Watch | None = None) -> HandEyeData:
         whole = mount_rig(rig, replace(whole, observations=(whole.observations[0], *further)))
         flange = robot.pose[pairs.pose] if not o.inverse else se3.inverse(robot.pose[pairs.pose])
         said = (*said, *rig.remarks)
+    _refuse_seen_once(whole)
     flipped = _flipped(whole, flange, inhand)
     if len(flipped):
         names = [whole.configurations.ids[i] for i in flipped.tolist()]
@@ -180,6 +184,18 @@ def _with_unknowns(o: Any, opened: HandEyeData, path: PosePath | None) -> HandEy
         opened = replace(opened, data=opened.data.take(kept), flange=opened.flange[kept], pairs=pairs)
         unknowns = replace(unknowns, time=None if unknowns.time is None else unknowns.time[kept])
     return opened.restated(unknowns)
+
+
+def _refuse_seen_once(data: DataSet) -> None:
+    """Raises ModelError where every marker is in one view alone: each is where it looks to be, whatever the camera."""
+    obs = data.observations[0]
+    seen = np.zeros((len(data.configurations), max(len(obs.targets), 1)), dtype=bool)
+    seen[obs.configuration, 0 if obs.target is None else obs.target] = True
+    if (seen.sum(axis=0) < 2).all():
+        raise ModelError(
+            "no marker is seen in two views", key="view", found=f"{len(seen)} views, each with markers of its own",
+            expected="the same markers in three views or more",
+        )  # fmt: skip
 
 
 def _flipped(data: DataSet, flange: Array, inhand: bool) -> Ints:

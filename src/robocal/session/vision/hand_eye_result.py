@@ -11,7 +11,7 @@ import numpy as np
 from robocal._record import record, replace
 from robocal.diagnose.check_registry import DIAGNOSE, PROVE, Finding, When
 from robocal.diagnose.check_registry import run as run_checks
-from robocal.diagnose.vision_limits import HAND_EYE_LEFT, ROBOT_PLACE, ROBOT_TURN
+from robocal.diagnose.vision_limits import HAND_EYE_ASK, HAND_EYE_LEFT, ROBOT_PLACE, ROBOT_TURN
 from robocal.files.display import listing_text, to_display
 from robocal.files.hand_eye_forms import easy_handeye_text, static_transform_text, urdf_joint_text
 from robocal.files.lens import lens_text
@@ -301,9 +301,9 @@ def _judge(
     if pairs.poses_alone and pairs.views_alone:
         said.append(Remark.of(Code.POSES_WITHOUT_VIEW, count=len(pairs.poses_alone), poses=pairs.poses_alone))
     given, left = verdict_of(made), errors.left_out
-    # A closed form of turns about one axis may miss what a fit meets: then the poses are read rightly.
+    # A closed form of turns about one axis may miss what a fit meets: then the poses are read rightly. It meets the turns all the same.
     met = left is not None and left.rms <= HAND_EYE_LEFT * errors.normal
-    doubts = [] if met else doubt_poses(readings)
+    doubts = [] if met and not (readings and readings[0].turn > HAND_EYE_ASK) else doubt_poses(readings)
     still = stands_still(opened)
     explained = [
         *doubts,

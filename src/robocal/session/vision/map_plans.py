@@ -190,7 +190,7 @@ def _of_plan(bad: ModelError, plan: tuple[float, float, float], count: int) -> M
         return bad
     edge, height, tilt = plan
     which = f"markers of {1e3 * edge:g} mm, every second {1e3 * height:g} mm higher, tilted by {np.degrees(tilt):g} deg"
-    return ModelError(bad.message, key=bad.key, found=f"{bad.found}: {which}", expected=bad.expected)
+    return ModelError(bad.message, key=bad.key, found=f"{which}: {bad.found}", expected=bad.expected)
 
 
 Plans = list[tuple[MarkerMap, tuple[float, float, float]]]

@@ -87,7 +87,7 @@ def predict_map(
     sights = project_map(known, cameras, lens.intrinsics, size)
     shown = np.bincount(sights.view, minlength=len(cameras))
     seen = np.bincount(sights.marker, minlength=len(known.names))
-    _join(known, sights, len(cameras), survey)
+    _join(known, sights, cameras, survey)
     there = take_markers(known, [known.names[i] for i in np.flatnonzero(seen)])
     reference = int(seen[seen > 0].argmax())
     table = corner_table(there, cameras, sights, seen, sigma, size)
@@ -122,13 +122,17 @@ def corner_table(
     )
 
 
-def _join(known: MarkerMap, sights: MapViews, views: int, survey: float | None) -> None:
+def _join(known: MarkerMap, sights: MapViews, cameras: Array, survey: float | None) -> None:
     """Raises ModelError where nothing is seen, or views do not join the markers."""
     if not len(sights.view):
         expected = "larger markers; or poses of the camera in the map, units in the headers, whose z looks at the printed sides"
-        raise ModelError("no pose shows a marker", key="POSES", found=f"{views} poses", expected=expected)
+        away = known.vector[:, :3].mean(axis=0) - cameras[:, :3, 3]
+        far = np.linalg.norm(away, axis=1)
+        ahead = int((np.einsum("vi,vi->v", away, cameras[:, :3, 2]) > 0).sum())
+        found = f"{len(cameras)} poses, {far.min():.3g} to {far.max():.3g} m away; {ahead} look at them"
+        raise ModelError("no pose shows a marker", key="POSES", found=found, expected=expected)
     some = np.unique(sights.marker)
-    shown = np.zeros((views, len(some)), dtype=bool)
+    shown = np.zeros((len(cameras), len(some)), dtype=bool)
     shown[sights.view, np.searchsorted(some, sights.marker)] = True
     islands = find_islands(shown)
     if len(islands) > 1 and survey is None:

@@ -14,6 +14,7 @@ import math
 import numpy as np
 
 from robocal._jit import kernel
+from robocal.control.platform._kernels import CODE, LOST, MOVING, RUNNING, TURNING, UNFOLLOWED, UNMATCHED, control_step
 
 
 @kernel(inline=True)
@@ -204,6 +205,25 @@ def winch_push(winches, cogging, state, tension, torque, push, period):
         push[c] = (radius * tension[c] - torque[c] - resist(winches, cogging, c, state, now, period)) / winches[c, 3]
 
 
+@kernel(inline=True)
+def advance(
+    x, cables, body, free, load, winches, cogging, first, state, torque, tension, period, steps,
+    acting, ahead, push, rest, speed,
+):  # fmt: skip
+    """The steps of `winched` from the forces `acting` and the accelerations `push` at their beginning."""
+    m, half = cables.shape[0], 0.5 * period
+    for _ in range(steps):
+        for c in range(m):
+            state[c, 1] += half * push[c]
+            state[c, 0] += period * state[c, 1]
+        winch_rest(winches, state, first, rest, speed, push, half)
+        drift(x, acting, body, period)
+        kick(x, ahead, cables, body, free, load, rest, speed, tension, acting, period)
+        winch_push(winches, cogging, state, tension, torque, push, period)
+        for c in range(m):
+            state[c, 1] += half * push[c]
+
+
 @kernel
 def winched(x, cables, body, free, load, winches, cogging, first, state, torque, tension, period, steps):
     """state x of the platform and state (m, 4) of the motors after `steps` of `period` at torques (m,) in N m, tension (m,) with them.
@@ -219,14 +239,61 @@ def winched(x, cables, body, free, load, winches, cogging, first, state, torque,
     winch_rest(winches, state, first, rest, speed, push, 0.0)
     pull(x, cables, body, free, load, rest, speed, tension, acting)
     winch_push(winches, cogging, state, tension, torque, push, 0.0)
-    half = 0.5 * period
-    for _ in range(steps):
+    advance(
+        x, cables, body, free, load, winches, cogging, first, state, torque, tension, period, steps,
+        acting, ahead, push, rest, speed,
+    )  # fmt: skip
+
+
+@kernel
+def controlled(
+    law, known, rows, weight, bounds, gears, tables, goal, wiring, now, drum, memory,
+    x, cables, body, free, load, winches, cogging, first, state, limit, tension, steps, ticks, settle, every, log,
+):  # fmt: skip
+    """All states <- those after so many periods of the controller, `steps` steps of the plant in each; returns the periods that were run:
+    fewer where brakes closed, or where it had stood at its goal for `settle` periods (0: it goes on).
+
+    The first two lines of arguments are those of `control_step` and `winched`. wiring (m, 6): what the encoder shows per turn of its
+    motor, where it shows 0 (rad), its count (rad; 0: exact), the cable whose motor it is on, the way that motor turns (1, -1), and 1
+    where a sensor of tension is. limit (m,): largest torque (N m). log (ticks // every, 28 + 3 m): state x (13), believed pose (12), rms
+    of the lengths, what is left of the way (m, rad), and per cable what its encoder shows, torque and tension.
+    """
+    m = cables.shape[0]
+    seen, sensed, torque, told = np.empty(m), np.empty(m), np.empty(m), np.empty(m)
+    period, stood = law[0] / steps, 0
+    acting, ahead, push, rest, speed = np.empty(6), np.empty(13), np.zeros(m), np.empty(m), np.empty(m)
+    winch_rest(winches, state, first, rest, speed, push, 0.0)
+    pull(x, cables, body, free, load, rest, speed, tension, acting)
+    for n in range(ticks):
         for c in range(m):
-            state[c, 1] += half * push[c]
-            state[c, 0] += period * state[c, 1]
-        winch_rest(winches, state, first, rest, speed, push, half)
-        drift(x, acting, body, period)
-        kick(x, ahead, cables, body, free, load, rest, speed, tension, acting, period)
-        winch_push(winches, cogging, state, tension, torque, push, period)
+            shown = wiring[c, 0] * state[int(wiring[c, 3]), 0] + wiring[c, 1]
+            if wiring[c, 2] > 0.0:
+                shown = math.floor(shown / wiring[c, 2] + 0.5) * wiring[c, 2]
+            seen[c] = shown
+            sensed[c] = tension[c] if wiring[c, 5] != 0.0 else math.nan
+        control_step(law, known, rows, weight, bounds, gears, tables, goal, seen, sensed, now, drum, memory, told)
         for c in range(m):
-            state[c, 1] += half * push[c]
+            torque[int(wiring[c, 3])] = min(limit[c], max(-limit[c], wiring[c, 4] * told[c]))
+        if memory[CODE] == LOST or memory[CODE] == UNMATCHED or memory[CODE] == UNFOLLOWED:
+            for c in range(m):
+                state[c, 1] = 0.0  # brakes close
+            return n
+        winch_push(winches, cogging, state, tension, torque, push, 0.0)
+        advance(
+            x, cables, body, free, load, winches, cogging, first, state, torque, tension, period, steps,
+            acting, ahead, push, rest, speed,
+        )  # fmt: skip
+        if (n + 1) % every == 0 and n // every < log.shape[0]:
+            row = log[n // every]
+            for i in range(13):
+                row[i] = x[i]
+            for i in range(12):
+                row[13 + i] = memory[i]
+            row[25], row[26], row[27] = memory[31], memory[29], memory[30]
+            for c in range(m):
+                row[28 + c], row[28 + m + c], row[28 + 2 * m + c] = seen[c], torque[c], tension[c]
+        stands = memory[CODE] == RUNNING and memory[MOVING] == 0.0 and memory[TURNING] == 0.0
+        stood = stood + 1 if stands else 0
+        if settle > 0 and stood >= settle:
+            return n + 1
+    return ticks

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Options", "run", "sections"]
 
-NAMES = 30  # of free parameters, where there are no data
+NAMES = 30  # of free parameters, where there are no data; more of them are a number
+LINES = 5  # of what cannot be separated
 
 
 @record
@@ -97,12 +98,17 @@ def _summary_section(found: Checked) -> Section:
         words += " (where no sigma is stated, 0.1 mm and 0.1 mrad were assumed)"
     own = found.robot.machine.table
     kept = [n for n in seen.basis if n in own or not own.rows]  # of a rig, frames are all there is
-    lines = [f"to be fitted: {', '.join(kept)}", *(c.remark.sentence for c in seen.combinations)]
+    fitted, separated = f"to be fitted: {', '.join(kept)}", [c.remark.sentence for c in seen.combinations]
+    few = separated[:LINES] if found.motions is None else [found.motions.sentence]
+    if more := len(separated) - len(few) if found.motions is None else 0:
+        few.append(f"{more} more cannot be separated: --verbose")
+    brief = [*([fitted] if len(kept) <= NAMES and found.motions is None else []), *few]
     misfit = None
     if found.misfit is not None:
         left = f"{figure(found.misfit * 1e3)} mm{_without(found)}"
         misfit = Text.of(f"Nominal model with frames and tool fitted: mean error {left}")
-    return Section.of("", strong(words), *(Text.of(line, indent=2) for line in lines), misfit)
+    whole, short = ([Text.of(line, indent=2) for line in lines] for lines in ([fitted, *separated], brief))
+    return Section.of("", strong(words), *whole, misfit, brief=[strong(words), *short, misfit])
 
 
 def _without(found: Checked) -> str:

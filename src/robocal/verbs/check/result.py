@@ -13,6 +13,7 @@ from robocal.diagnose.check_registry import Context, When, run
 from robocal.diagnose.exchanged_views import exchanged_views
 from robocal.diagnose.fit_checks import findings_of_segments
 from robocal.diagnose.gross import sift
+from robocal.diagnose.motions import describe_motions, open_motions
 from robocal.diagnose.outliers import Outlier, name_outliers
 from robocal.estimate.identifiability import Identifiability, analyse
 from robocal.files import evidence_parts
@@ -25,7 +26,7 @@ from robocal.measure.machine import Model, joints_of
 from robocal.prove.identify import baseline
 from robocal.quantities import Amount, DisplayUnit, UnitValue
 from robocal.remarks.code import Code
-from robocal.remarks.remark import remark_fields
+from robocal.remarks.remark import Remark, remark_fields
 from robocal.session.inputs import open_machine, read_inputs
 from robocal.session.opened import Inputs, Opened
 from robocal.session.verb_base import VerbResult
@@ -127,6 +128,7 @@ class Checked(VerbResult):
     assumed: bool = False  # whether some noise had to be assumed
     outliers: tuple[Outlier, ...] = ()  # rows that do not belong to the others
     misfit_of_all: float | None = None  # the mean error with gross rows
+    motions: Remark | None = None  # of the machine, which no measurement shows, where they are all that cannot be seen
 
     @property
     def line_to_write(self) -> str:
@@ -186,6 +188,10 @@ def check_data(inputs: Inputs, watch: Watch | None = None) -> Checked:
     problem, x = baseline(machine, sifted.data, everyone, watch)
     free = problem.table.free
     seen = analyse(problem.with_free(free), x) if free else None
+    motions = None if seen is None else tuple(open_motions(machine, seen))
+    whole_motions = (
+        describe_motions(machine, seen, motions) if seen and motions and len(motions) == len(seen.dropped) else None
+    )
     context = Context(machine, measured, Baseline(problem, x), watch=watch, soft=Baseline(sifted.problem, sifted.x))
     # A view that was set aside by itself is no step.
     aside = replace(context, data=sifted.data, memo={})
@@ -200,7 +206,7 @@ def check_data(inputs: Inputs, watch: Watch | None = None) -> Checked:
     warnings = tuple(dict.fromkeys((*inputs.warnings, *(f.remark for f in findings))))
     return Checked(
         robot=opened, free=free, data=measured, instruments=_instruments(measured), identifiability=seen, misfit=misfit,
-        assumed=assumed, outliers=strange, misfit_of_all=whole, warnings=warnings, inputs=inputs.files,
+        assumed=assumed, outliers=strange, misfit_of_all=whole, motions=whole_motions, warnings=warnings, inputs=inputs.files,
     )  # fmt: skip
 
 

@@ -91,5 +91,5 @@ def sections(made: Outcome[New | Catalogue]) -> Iterator[Section]:
         Text.of(head),
         *(Text.of(str(path), indent=2) for path in made.written),
         None if where is None else Text.of(where),
-        Text.of(f"{todo}: robocal check {robot} {' '.join(data)}"),
+        Text.of(f"{todo}: robocal {found.command} {robot} {' '.join(data)}"),
     )

@@ -17,9 +17,10 @@ from robocal.errors import ModelError, nearest
 from robocal.files.cable.cable_templates import cable_templates
 from robocal.files.cable.data_templates import data_templates
 from robocal.files.opened_file import machine_kind
-from robocal.files.runfolder import ROBOTS
+from robocal.files.runfolder import ROBOTS, Run, find_run
 from robocal.files.table_description import UNSTATED, describe_table
 from robocal.files.templates import TORQUES, convention_chain, templates
+from robocal.files.units import UNITS
 from robocal.files.writing import refuse_existing, write_files
 from robocal.measure.data import DataSet
 from robocal.session.cable.calibrated import open_robot
@@ -50,6 +51,11 @@ class New:
     def chooses(self) -> bool:
         """Whether poses to measure are chosen by a verb of cable robots."""
         return self.convention is None
+
+    @property
+    def command(self) -> str:
+        """What the data files are for: a run is judged by those of another day."""
+        return "validate" if self.convention is None and self.robot.is_dir() else "check"
 
 
 @record
@@ -136,8 +142,22 @@ def _of_cables(o: Any) -> New:
     o.refuse(("joints", "table", "base", "tip"), "a cable robot does not have this option", "an arm")
     file = open_robot(o.robot)
     ids = [f"p{i + 1:02d}" for i in range(BLANK)]
-    texts = data_templates(file.robot, file.units, ids, kind=o.kind)
+    run = find_run(Path(o.robot))
+    known = {} if run is None else _stated(run)
+    noise = (known.get(("pose", "m")) or known.get(("position", "m")), known.get(("pose", "rad")))
+    sigma = known.get(("lengths", "m"))
+    texts = data_templates(file.robot, file.units, ids, sigma=sigma, noise=noise, kind=o.kind)
     return _write(o, file.robot.name, None, Path(o.robot), texts)
+
+
+def _stated(run: Run) -> dict[tuple[str, str], float]:
+    """Standard deviations that were stated of the measurements of a run, in SI, by their kind and SI unit; of two of a kind nothing."""
+    out: dict[tuple[str, str], list[float]] = {}
+    for g in run.result.fit.groups:
+        if g.unit in UNITS and g.sigma_source == "stated" and g.sigma is not None:
+            unit = UNITS[g.unit]
+            out.setdefault((g.kind, unit.si), []).append(unit.to_si(float(g.sigma)))
+    return {what: found[0] for what, found in out.items() if len(found) == 1}
 
 
 def _write(o: Any, name: str, convention: str | None, own: Path | None, texts: Mapping[str, str]) -> New:

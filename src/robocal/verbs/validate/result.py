@@ -147,6 +147,7 @@ class Validation(VerdictResult):
     frames: tuple[str, ...]
     frames_against: tuple[str, ...]
     poses: Listing  # one row per measured position
+    from_lengths: tuple[ErrorsPart | None, ErrorsPart | None]  # position and orientation
     layer: Statistic | None  # with the residual layer of the run folder on top
     iso: Standard
     offsets: Path | None  # the file of joint offsets that was judged, on the nominal robot
@@ -174,6 +175,8 @@ class Validation(VerdictResult):
             errors=self.errors,
             angle=self.angle,
             torque=self.torque,
+            position_from_lengths=self.from_lengths[0],
+            orientation_from_lengths=self.from_lengths[1],
             layer=None if self.layer is None else {"unit": "mm"} | asdict(self.layer),
             gain=self.gain,
             predicting_the_mean=unit_value(self.constant, "mm"),
@@ -245,6 +248,7 @@ def validate_robot(o: Any, command: str = "", watch: Watch | None = None) -> Val
         robot=inputs.opened, against=other, errors=ErrorsPart("mm", _statistic(mine, "m"), _statistic(theirs, "m")), gain=gain,
         angle=None if turn is None else ErrorsPart("deg", turn, _statistic(theirs, "rad")),
         torque=None if torque is None else ErrorsPart("N m", torque, _statistic(theirs, "N m")),
+        from_lengths=(_of_lengths(mine, theirs, 0, "mm", 1e3), _of_lengths(mine, theirs, 1, "deg", float(np.degrees(1.0)))),
         constant=None if constant is None else constant * 1e3, frames=mine.fitted,
         frames_against=() if theirs is None else theirs.fitted, poses=poses, layer=layer, iso=iso,
         offsets=None if shifted is None else shifted.file.path, reasons=tuple(reasons), warnings=warnings, inputs=files, command=command,
@@ -302,6 +306,14 @@ def _statistic(e: Errors | None, unit: str) -> Statistic | None:
     values = {"m": e.position * 1e3, "rad": np.degrees(e.angle), "N m": e.torque}[unit]
     values = values * e.factor if np.isfinite(e.factor) else values
     return Statistic.of(values, profiled=bool(e.fitted) or e.poses is not None)
+
+
+def _of_lengths(mine: Errors, theirs: Errors | None, part: int, unit: str, scale: float) -> ErrorsPart | None:
+    """Errors of poses from lengths alone, one part of them, of both robots."""
+    scales = [scale * e.factor if e is not None and np.isfinite(e.factor) else scale for e in (mine, theirs)]
+    found = [None if e is None else s * e.from_lengths[part] for s, e in zip(scales, (mine, theirs), strict=True)]
+    this, other = (None if v is None or not len(v) else Statistic.of(v, profiled=True) for v in found)
+    return None if this is None else ErrorsPart(unit, this, other)
 
 
 def _constant(data: DataSet) -> float | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Any
 
 from robocal._record import record
@@ -60,8 +61,8 @@ class Options(BaseOptions):
         otherwise="1 mm, converted",
     )  # fmt: skip
     pose_noise: str | None = option(
-        None, "For --choose: standard deviation per axis of a measured pose, in the robot file's units",
-        numbers="POSITION,ORIENTATION",
+        None, "For --choose: standard deviation per axis of a measured pose",
+        numbers="POSITION,ORIENTATION", unit="length,angle",
     )  # fmt: skip
     encoders_only: bool = option(False, "For --choose: no instrument measures poses")
     seed: w.Seed = 0
@@ -108,6 +109,12 @@ def sections(made: Outcome[Listed]) -> Iterator[Section]:
     if found.choice is not None:
         yield _chosen(found.choice, n)
     yield from ends(written=made.written)
+    if made.written and found.choice is not None:
+        folder, file = made.written[0].parent, quote(str(found.file.path))
+        data = [quote(str(p)) for p in sorted(made.written) if p.name in DATA and p.suffix == ".yaml"]
+        tables = " and ".join(p.name for p in sorted(made.written) if p.name in DATA and p.suffix == ".csv")
+        step = f"next: measure at {folder / 'chosen.csv'}, fill in {tables}, then robocal check {file} {' '.join(data)}"
+        yield Section.of("", Text.of(step))
 
 
 def _answer(made: Outcome[Listed]) -> Iterator[Block]:

@@ -13,7 +13,7 @@ from robocal.cables.rope import Rope, rope
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.straightness import excess_of, level_sag
 from robocal.cables.tension import distribute
-from robocal.diagnose.limits import LOADS_UNLIKE, TENSION_MASS
+from robocal.diagnose.limits import LOADS_UNLIKE, STRETCH_MOST, TENSION_MASS
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.pose_lists import CableList, read_platform_poses
@@ -65,8 +65,9 @@ def compute_straightness(o: Any, watch: Watch | None = None, command: str = "") 
         *(() if loads is None else (*loads.reading.warnings, *loads.notes)),
     ]
     tension, lost = _pulls(o, si, file, rows, poses, names)
-    _insist_sense(o, file, tension, ropes, at, si.span, weight)
-    reasons = (*lost, *_span(file, poses, si.span), *_slack(file, names, poses, tension, weight), *(() if loads is None else loads.refused))
+    _insist_hang(file, at, si.span, weight)
+    slack = (*_span(file, poses, si.span), *_slack(file, names, poses, tension, weight))
+    reasons = (*lost, *slack, *_overstretched(file, ropes, tension), *(() if loads is None else loads.refused))
     inputs = [*statics.robot_inputs(file, o.robot)]
     if rows is not None:
         inputs.append(InputFile(Path(o.poses), rows.sha256))
@@ -125,24 +126,13 @@ def _poses(o: Any, file: CableFile) -> tuple[CableList | None, Array, tuple[str,
     return rows, rows.values, rows.names
 
 
-def _insist_sense(
-    o: Any, file: CableFile, tension: Array, ropes: tuple[Rope, ...], at: Array | None, span: float | None, weight: Array
-) -> None:
-    """Raises ModelError for cables that double their length, or hang by more than their span."""
-    pull = np.max(np.nan_to_num(tension), axis=0)
-    strain = np.array([float(r.strain(t)) for r, t in zip(ropes, pull, strict=True)])
-    if strain.max() >= 1:
-        worst = int(strain.argmax())
-        key = "every_cable.elasticity" if o.tension is None else "--tension"
-        found = f"{strain[worst]:.3g} times its length, {file.robot.cables[worst]} at {pull[worst]:.4g} N"
-        expected = "tensions and an elasticity in their own units"
-        raise ModelError("no cable doubles its length", key=key, found=found, expected=expected)
+def _insist_hang(file: CableFile, at: Array | None, span: float | None, weight: Array) -> None:
+    """Raises ModelError for tensions at which the level cable hangs by more than its span."""
     if at is None or not len(at):
         return
     least = float(at.min())
     length = float(straight(file.robot, file.robot.home[None])[0].max()) if span is None else span
-    hang = float(level_sag(length, least, float(weight.max())))
-    if hang > length:
+    if float(level_sag(length, least, float(weight.max()))) > length:
         expected = f"tensions that hold a level cable of {float(file.units.length.from_si(length)):.4g} {file.units.length.name}"
         raise ModelError("no cable hangs by more than its span", key="--at", found=f"{least:.4g} N", expected=expected)
 
@@ -169,8 +159,18 @@ def _slack(file: CableFile, names: tuple[str, ...], poses: Array, tension: Array
     return (Remark.of(Code.CABLE_HANGS_SLACK, pose=names[pose], cable=file.robot.cables[cable], **numbers),)
 
 
+def _overstretched(file: CableFile, ropes: tuple[Rope, ...], tension: Array) -> tuple[Remark, ...]:
+    """The cable that stretches most, where no rope stretches so much."""
+    strain = np.nan_to_num(np.stack([r.strain(tension[:, i]) for i, r in enumerate(ropes)], axis=1))
+    pose, cable = (int(v) for v in np.unravel_index(int(strain.argmax()), strain.shape))
+    if strain[pose, cable] <= STRETCH_MOST:
+        return ()
+    share, pull = float(strain[pose, cable]), Quantity(float(tension[pose, cable]), "N")
+    return (Remark.of(Code.STRETCH_BEYOND, cable=file.robot.cables[cable], share=share, tension=pull),)
+
+
 def _contradictions(file: CableFile, given: Array) -> tuple[Remark, ...]:
-    """Why tensions (k, m) in N of a list are in another unit than those of the robot's file."""
+    """Why tensions (k, m) in N are in another unit than those of the robot's file."""
     limits = file.robot.limits
     if limits is None:
         return ()
@@ -193,10 +193,8 @@ def _pulls(
             raise ModelError("tensions are given twice", key="--tension", found="columns of the list as well")
         if not si.tension > 0:
             raise ModelError("a slack cable is not straight", key="--tension", found=o.tension, expected="above 0")
-        given = np.full(shape, float(si.tension))
-        most = np.inf if file.robot.limits is None else TENSION_MASS * float(file.robot.limits[:, 1].max())
-        # Less than the limits is a question; it may be asked what a robot would do with it.
-        return given, _contradictions(file, given) if si.tension > most else ()
+        every = np.full(shape, float(si.tension))
+        return every, _contradictions(file, every)
     if given is not None:
         return given, _contradictions(file, given)
     robot = statics.robot_with_limits(file, si.limits)

@@ -19,7 +19,7 @@ from robocal.cables.grid_regions import Regions, frame_box, regions, visible_sha
 from robocal.cables.workspace import Demand, Grid, accelerations, as_box, dexterities, grid, holds
 from robocal.errors import ModelError
 from robocal.files.cable.cablefile import CableFile
-from robocal.files.units import numbers_of
+from robocal.files.units import in_si
 from robocal.geometry import so3
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -58,10 +58,11 @@ def _range(text: str | None, option: str, file: CableFile) -> tuple[float, ...]:
     """One mass or the ends of a range, in kg; nothing is no mass at all."""
     if text is None:
         return (0.0,)
-    values = numbers_of(text, "LO,HI" if "," in text else "MASS", key=option)
+    ends = "LO,HI" if "," in text else "MASS"
+    values = in_si(text, ends, [file.units.mass] * (ends.count(",") + 1), key=option)
     if values[0] < 0 or values[-1] < values[0]:
         raise ModelError("a mass is 0 or more, a range rises", key=option, found=text, expected="0 <= LO <= HI")
-    return tuple(float(file.units.mass.to_si(v)) for v in values)
+    return tuple(float(v) for v in values)
 
 
 def _orientations(robot: CableRobot, said: Any, si: Any) -> Array:

@@ -26,14 +26,11 @@ from robocal.apply.verification import (
     unlike,
 )
 from robocal.errors import FormatError, ModelError
-from robocal.files.csvtable import read_csv
 from robocal.files.dataset import read_datasets
 from robocal.files.display import display_unit, to_display
-from robocal.files.parts import provenance_of
 from robocal.files.plain import json_text
 from robocal.files.text import InputFile
-from robocal.files.units import parse_unit
-from robocal.files.verification import Agreed, ErrorSpread, PosePair, SummaryDocument, VerifyDocument, Views
+from robocal.files.verification import Agreed, ErrorSpread, PosePair, VerifyDocument, Views
 from robocal.geometry import se3
 from robocal.measure.machine import Rig
 from robocal.quantities import Column, Listing
@@ -42,13 +39,13 @@ from robocal.remarks.remark import Quantity, Remark
 from robocal.session.measured_points import poses_of_points
 from robocal.session.verb_base import VerbResult
 
-__all__ = ["VIEWS", "AnovaResult", "PoseSource", "Verified", "summarise_groups", "verify_sources"]
+__all__ = ["VIEWS", "PoseComparison", "PoseSource", "Verified", "spreads_of", "verify_sources", "views_of"]
 
 VIEWS = ("as measured", "relative to the first", "aligned", "aligned, another point")
-FARTHEST = 1e5  # m
+FARTHEST = 1e5  # tolerance: m, no machine reaches so far
 ID = "configuration.id"
-FEWEST = 2  # poses that several files have in common
-DRAWN = 24  # poses that are drawn; of more an even selection
+FEWEST = 2  # grid: poses that several files have in common
+DRAWN = 24  # grid: poses that are drawn; of more an even selection
 
 
 @record
@@ -108,14 +105,14 @@ class Verified(PoseComparison):
     @cached_property
     def spreads(self) -> dict[str, Views]:
         """The errors of every source in every view, in mm and deg."""
-        return {s.name: _spreads(of) for s, of in zip(self.sources, self.errors, strict=True)}
+        return {s.name: spreads_of(of) for s, of in zip(self.sources, self.errors, strict=True)}
 
     @cached_property
     def between(self) -> dict[str, Views]:
         """What every two sources differ by."""
         views = {VIEWS[0]: errors, VIEWS[1]: relative}
         return {
-            f"{a.name} - {b.name}": _spreads({v: way(a.poses, b.poses) for v, way in views.items()})
+            f"{a.name} - {b.name}": spreads_of({v: way(a.poses, b.poses) for v, way in views.items()})
             for a, b in combinations(self.sources, 2)
         }
 
@@ -131,7 +128,7 @@ class Verified(PoseComparison):
             for source, views in zip(self.sources, self.errors, strict=True):
                 rows = {v: label[len(label) - len(e.position) :] == name for v, e in views.items()}
                 some = {v: PoseErrors(e.position[rows[v]], e.orientation[rows[v]]) for v, e in views.items()}
-                out.setdefault(name, {})[source.name] = _spreads({v: e for v, e in some.items() if len(e.position)})
+                out.setdefault(name, {})[source.name] = spreads_of({v: e for v, e in some.items() if len(e.position)})
         return out
 
     @cached_property
@@ -179,27 +176,13 @@ class Verified(PoseComparison):
         )  # fmt: skip
 
 
-@record(kw_only=True, eq=False)
-class AnovaResult(PoseComparison):
-    """Groups by their means and standard deviations, and the analysis of variance of every quantity."""
-
-    groups: tuple[str, ...]
-    means: Listing
-    anova: dict[str, Anova]
-
-    @property
-    def document(self) -> SummaryDocument:
-        """What --json says."""
-        origin = provenance_of(self.command, self.inputs)
-        return SummaryDocument(groups=self.groups, means=self.means, anova=self.anova, provenance=origin)
-
-
 def _spread(values: Array, unit: str) -> ErrorSpread:
     sd = float(values.std(ddof=1)) if len(values) > 1 else None
     return to_display(ErrorSpread, (unit, len(values), float(values.mean()), sd, float(values.max())))
 
 
-def _spreads(views: Mapping[str, PoseErrors]) -> Views:
+def spreads_of(views: Mapping[str, PoseErrors]) -> Views:
+    """Mean, deviation and largest error of every view, in mm and deg."""
     return {v: PosePair(_spread(e.position, "m"), _spread(e.orientation, "rad")) for v, e in views.items()}
 
 
@@ -279,7 +262,7 @@ def verify_sources(reference: str, places: Sequence[str], command: str = "") -> 
     said = [r for _, _, warnings in read for r in warnings]
     if left:
         said.append(Remark.of(Code.POSES_NOT_IN_ALL, count=left, both=len(both)))
-    views, motions = zip(*(_views(s.poses, first.poses) for s in sources), strict=True)
+    views, motions = zip(*(views_of(s.poses, first.poses) for s in sources), strict=True)
     doubts = [d for s, e in zip(sources, views, strict=True) if (d := _doubt(s, first, e)) is not None]
     inputs = tuple(i for _, inputs, _ in read for i in inputs)
     return Verified(
@@ -309,7 +292,7 @@ def _doubt(source: PoseSource, reference: PoseSource, views: Mapping[str, PoseEr
     return Remark.of(CODES[found.cause], **names, left=left, spread=spread, factor=found.factor)
 
 
-def _views(found: Array, reference: Array) -> tuple[dict[str, PoseErrors], Array | None]:
+def views_of(found: Array, reference: Array) -> tuple[dict[str, PoseErrors], Array | None]:
     """Errors by view, and the motion that aligns best."""
     out, motion = {VIEWS[0]: errors(found, reference), VIEWS[1]: relative(found, reference)}, None
     if len(found) >= 3:
@@ -317,37 +300,3 @@ def _views(found: Array, reference: Array) -> tuple[dict[str, PoseErrors], Array
     if len(found) >= 5:
         out[VIEWS[3]], *_ = align_poses(found, reference, point=True)
     return out, motion
-
-
-def summarise_groups(place: str, command: str = "") -> AnovaResult:
-    """An analysis of variance from a CSV of groups: `group`, `n`, and for every quantity `NAME_mean` and `NAME_sd`. Raises
-    InputError."""
-    table = read_csv(place)
-    names = [str(n) for n in table.names]
-    quantities = [n[: -len("_mean")] for n in names if n.endswith("_mean")]
-    for need in ("group", "n", *(f"{q}_sd" for q in quantities), *(() if quantities else ("NAME_mean",))):
-        if need not in names:
-            raise table.fail("a column is missing", None, need, expected="group, n, NAME_mean, NAME_sd")
-    counts = table.numbers(["n"])[:, 0]
-    whole = (counts >= 2) & (counts == np.round(counts))
-    table.insist(whole, ["n"], "not a count", counts, expected="a whole number, 2 or more")
-    groups = tuple(str(g) for g in table.texts("group"))
-    for i, name in enumerate(groups):
-        if name in groups[:i]:
-            raise table.fail("a group is named twice", i, "group", found=name, expected="one row for each group")
-    if len(groups) < 2:
-        raise table.fail("one group alone cannot be compared", None, "group", found=len(groups), expected="2 or more")
-    found, columns = {}, [Column("group", "", groups), Column("n", "", counts.astype(int))]
-    for q in quantities:
-        both = [f"{q}_mean", f"{q}_sd"]
-        factor = [1.0 if (u := table.unit(c)) is None else parse_unit(u, file=place, column=c).factor for c in both]
-        if len({table.unit(c) is None for c in both}) > 1:
-            message, unit = "one of two columns has a unit", str(table.unit(both[1]))
-            raise table.fail(message, None, both[1], found=unit, expected="both, or neither")
-        mean, spread = (table.numbers(both) * np.array(factor)).T
-        unit = table.unit(both[0]) or ""
-        columns += [Column(c, unit, v / factor[0]) for c, v in zip(both, (mean, spread), strict=True)]
-        table.insist(spread >= 0, [f"{q}_sd"], "a standard deviation is not negative", spread, expected="0 or above")
-        found[q] = anova(mean.tolist(), spread.tolist(), counts.astype(int).tolist())
-    read = (InputFile(Path(place), table.sha256),)
-    return AnovaResult(groups=groups, means=Listing(tuple(columns)), anova=found, inputs=read, command=command)

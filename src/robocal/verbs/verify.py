@@ -13,7 +13,8 @@ from robocal.verbs.option import Arg, BaseOptions, arg, option
 from robocal.verbs.outcome import Outcome, Watch, run_verb
 
 if TYPE_CHECKING:
-    from robocal.verbs.verify.result import AnovaResult, Verified
+    from robocal.session.pose_groups import AnovaResult
+    from robocal.session.verified_poses import Verified
 
 __all__ = ["Options", "run", "sections"]
 
@@ -51,7 +52,8 @@ class Options(BaseOptions):
 def run(o: Options, watch: Watch | None = None, command: str = "") -> Outcome[Verified | AnovaResult]:
     """Compares poses, or means. Raises InputError."""
     from robocal.errors import ModelError
-    from robocal.verbs.verify.result import summarise_groups, verify_sources
+    from robocal.session.pose_groups import summarise_groups
+    from robocal.session.verified_poses import verify_sources
 
     def find() -> Verified | AnovaResult:
         if not o.summary:

@@ -1,0 +1,1 @@
+"""Trapezoids of speed towards a goal that may move."""

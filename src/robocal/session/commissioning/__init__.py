@@ -1,0 +1,1 @@
+"""A virtual rig from power-up to a verified calibration."""
