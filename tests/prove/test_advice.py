@@ -175,7 +175,9 @@ OTHER |= dict.fromkeys(
 )
 OTHER |= dict.fromkeys(
     "views-out-of-step readings-of-another marker-twice markers-exchanged sights-aside".split(),
-    "cli/test_hand_eye_names.py"
+    "cli/test_hand_eye_names.py",
+)
+OTHER |= dict.fromkeys(
     "rig-drives rig-encoder rig-exchanged rig-infeasible rig-lengths-disagree rig-limits-left rig-reversed rig-slack rig-stopped "
     "rig-weight".split(),
     "cli/test_wrong_rigs.py",

@@ -3,8 +3,8 @@
 law (LAW,): numbers by the indices below. cables (p, 14): segments of `cable_table` whose zeros (column 6) make wound(angle) a length;
 rows (d,): freedoms. body (4,): newtons and centre of the weight. bounds (3, m): least, greatest and reference tension. winches (m, 6):
 radius (m), growth (m/rad), gear, K_t (m), torque limit (N m) and elasticity (1/N). now (p, 14) and drum (m, 6): cables and winches in
-effect, which follow those by at most a shift a period. tables (2, m, k + 1): torque that turns motors towards greater angles over a turn, as they let
-out and as they wind in; k = 0: none.
+effect, which follow those by at most a shift a period. tables (2, m, k + 1): torque that turns motors towards greater angles over a
+turn, as they let out and as they wind in; k = 0: none.
 memory (MEMORY + EACH m,): what is remembered, by the indices below. seen (m,): angles of the motors (rad); sensed (m,): tensions of
 sensors (N), not a number where there is none. torque (m,): what winds cable in (N m).
 """
