@@ -36,9 +36,9 @@ __all__ = [
     "check_coverage",
     "check_electrical",
     "check_motor",
-    "check_speed",
     "check_reading",
     "check_share",
+    "check_speed",
     "check_weight",
     "other_readings",
 ]
