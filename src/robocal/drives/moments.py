@@ -18,7 +18,6 @@ from robocal._types import Array, Ints
 
 __all__ = ["Moments", "moments_of"]
 
-RIDGE = 1e-6  # tolerance: of scaled columns; harmonics that nothing parts share what they explain
 CHUNK = 4096  # grid: rows at once
 
 
@@ -95,23 +94,6 @@ class Moments:
         a, b = (v.sum(axis=0) for v in self.normal(orders, lag, by_direction))
         x = _solve(a, b)
         return x, float(self.q.sum() - b @ x)
-
-    def gains(self, orders: Sequence[int], candidates: Sequence[int], lag: float = 0.0) -> Array:
-        """How much less each candidate leaves, (C,), fitted together with the orders. Where rows cover a turn evenly that is half the
-        square of its amplitude in what is left, times the rows; where arcs lack, a strong one may be what the orders leave there."""
-        every = (*orders, *candidates)
-        a, b = (v.sum(axis=0) for v in self.normal(every, lag))
-        known, own = len(orders), len(every)
-        base = [0, 1, *(2 + i for i in range(known)), *(2 + own + i for i in range(known))]
-        each = np.arange(known, own)
-        columns = np.concatenate([np.tile(base, (len(each), 1)), 2 + each[:, None], 2 + own + each[:, None]], axis=1)
-        some, right = a[columns[:, :, None], columns[:, None, :]], b[columns]
-        scale = np.sqrt(np.maximum(np.diagonal(some, axis1=1, axis2=2), 1e-300))
-        some = some / scale[:, :, None] / scale[:, None, :] + RIDGE * np.eye(columns.shape[1])
-        right = right / scale
-        taken = np.sum(right * np.linalg.solve(some, right[:, :, None])[:, :, 0], axis=1)
-        before, of = some[0, : len(base), : len(base)], right[0, : len(base)]
-        return np.asarray(taken - of @ np.linalg.solve(before, of))
 
     @property
     def mixture(self) -> float:

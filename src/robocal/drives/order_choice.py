@@ -3,13 +3,13 @@
     keep n  where  mean g_a > t s(g_a) / sqrt(A),    g_a = what arc a leaves without n, less what it leaves with it
             and    G_n > ln(K / 0.05) F_n,           F_n = median G_m / ln 2 over the orders m around n
 
-G_n is what n takes from the squares that are left, fitted together with the orders before. Every arc of 30 degrees is predicted, in both directions, from all the others; t is that of 95 % on one side. Of K orders that show
-nothing but noise, whose G is exponential with mean F, the largest passes the second line once in twenty logs: it was
-looked for among all of them, and held-out arcs were among those that made it the largest. Orders that are refused are passed over, and
-the choice ends after some refusals in a row, or with as many orders as a table may have.
+G_n is what n takes from the squares that are left, fitted together with the orders before. Every arc of 30 degrees is predicted, in both
+directions, from all the others; t is that of 95 % on one side. Of K orders that show nothing but noise, whose G is exponential with mean
+F, the largest passes the second line once in twenty logs: it was looked for among all of them, and held-out arcs were among those that
+made it the largest. Orders that are refused are passed over, and the choice ends after some refusals in a row, or with as many orders as
+a table may have.
 
-Where arcs lack, as after escapes, harmonics are alike in the rows that are left, and one order may stand where two would be right. There
-each order is exchanged for the one that leaves least in its place, as long as less is left, before arcs are asked.
+Where arcs lack, orders are exchanged before held-out arcs are asked (`order_exchange.py`).
 """
 
 from __future__ import annotations
@@ -19,8 +19,9 @@ from collections.abc import Callable
 import numpy as np
 
 from robocal._record import record
-from robocal._types import Array
+from robocal._types import Array, Ints
 from robocal.drives.moments import Moments
+from robocal.drives.order_exchange import exchange_orders, normal_equations
 
 __all__ = ["ChosenOrders", "choose_orders", "find_lag"]
 
@@ -29,8 +30,6 @@ LAG_STEPS = 24  # grid: of golden sections, to a millionth of the range
 CHANCE = 0.05
 AROUND = 20  # grid: orders to each side, whose median is the floor
 MIXED = 0.1  # grid: harmonics that are less alike are chosen one by one
-EXCHANGES = 10  # grid: one or two are made
-NOTHING = 1e-6  # tolerance: of the squares that are left
 GOLDEN = (np.sqrt(5.0) - 1) / 2
 
 
@@ -82,16 +81,17 @@ def choose_orders(
     in_a_row, mixed = 0, pooled.mixture > MIXED
     while len(orders) < most and in_a_row < REFUSALS:
         passed = {*orders, *refused}
-        candidates = [n for n in range(1, moments.highest + 1) if n not in passed and allowed(n, orders)]
-        if not candidates:
+        candidates = np.array([n for n in range(1, moments.highest + 1) if n not in passed and allowed(n, orders)])
+        if not len(candidates):
             break
-        gains = pooled.gains(orders, candidates, lag)
+        normal = normal_equations(pooled, lag)
+        gains = normal.gains(orders, candidates)
         best = int(np.argmax(gains))
-        order = candidates[best]
-        seen = gains[best] > np.log(moments.highest / CHANCE) * _floor(gains, np.array(candidates), best)
+        order = int(candidates[best])
+        seen = gains[best] > np.log(moments.highest / CHANCE) * _floor(gains, candidates, best)
         tried = (*orders, order)
         if seen and mixed:
-            tried = _exchange(pooled, tried, lag, allowed)
+            tried = exchange_orders(normal, tried, allowed)
         moved = find_lag(moments, tried, reach) if mixed or len(tried) < 4 else lag
         after = moments.unseen(tried, moved)
         gain = before - after
@@ -104,27 +104,7 @@ def choose_orders(
     return ChosenOrders(orders, find_lag(moments, orders, reach), tuple(shares))
 
 
-def _exchange(
-    moments: Moments, orders: tuple[int, ...], lag: float, allowed: Callable[[int, tuple[int, ...]], bool]
-) -> tuple[int, ...]:
-    """The orders after exchanges of one for another, each the one that leaves least, as long as less is left."""
-    before = moments.fit(orders, lag)[1]
-    for _ in range(EXCHANGES):
-        tried = []
-        for i in range(len(orders)):
-            rest = orders[:i] + orders[i + 1 :]
-            candidates = [n for n in range(1, moments.highest + 1) if n not in orders and allowed(n, rest)]
-            gains = moments.gains(rest, candidates, lag)
-            best = int(np.argmax(gains))
-            tried.append((moments.fit(rest, lag)[1] - float(gains[best]), (*rest, candidates[best])))
-        left, found = min(tried)
-        if not left < before * (1 - NOTHING):
-            break
-        before, orders = left, found
-    return orders
-
-
-def _floor(gains: Array, orders: Array, at: int) -> float:
+def _floor(gains: Array, orders: Ints, at: int) -> float:
     """What noise takes at an order, from the median around it, and at least from that of all orders: a median of a few is off by a fifth,
     which would let noise pass."""
     others = np.arange(len(orders)) != at
