@@ -29,6 +29,7 @@ REFUSALS = 6  # grid: in a row; the next orders are weaker still
 LAG_STEPS = 24  # grid: of golden sections, to a millionth of the range
 CHANCE = 0.05
 AROUND = 20  # grid: orders to each side, whose median is the floor
+ROUNDS = 5  # grid: of orders at a lag, and of the lag with these
 MIXED = 0.1  # grid: harmonics that are less alike are chosen one by one
 GOLDEN = (np.sqrt(5.0) - 1) / 2
 
@@ -75,33 +76,61 @@ def choose_orders(
 ) -> ChosenOrders:
     """At most so many orders; `quantile` is t, `reach` the largest lag (rad), and `allowed` says whether an order may follow others."""
     orders: tuple[int, ...] = ()
+    waiting: tuple[int, ...] = ()
     lag, pooled = 0.0, moments.pooled
     friction = moments.unseen(())
-    before, shares, refused = friction, list[float](), set[int]()
+    before, shares, passed, beside = friction, list[float](), set[int](), set[int]()
     in_a_row, mixed = 0, pooled.mixture > MIXED
-    while len(orders) < most and in_a_row < REFUSALS:
-        passed = {*orders, *refused}
-        candidates = np.array([n for n in range(1, moments.highest + 1) if n not in passed and allowed(n, orders)])
+    while len(orders) + len(waiting) < most and in_a_row < REFUSALS:
+        base = (*orders, *waiting)
+        candidates = np.array([n for n in range(1, moments.highest + 1) if n not in passed and allowed(n, base)])
         if not len(candidates):
             break
         normal = normal_equations(pooled, lag)
         gains = normal.gains(orders, candidates)
         best = int(np.argmax(gains))
         order = int(candidates[best])
-        seen = gains[best] > np.log(moments.highest / CHANCE) * _floor(gains, candidates, best)
-        tried = (*orders, order)
-        if seen and mixed:
-            tried = exchange_orders(normal, tried, allowed)
-        moved = find_lag(moments, tried, reach) if mixed or len(tried) < 4 else lag
-        after = moments.unseen(tried, moved)
-        gain = before - after
-        if seen and gain.mean() > quantile * gain.std(ddof=1) / np.sqrt(len(gain)):
-            orders, lag, before, in_a_row = tried, moved, after, 0
-            shares.append(float(1 - after.sum() / friction.sum()))
-        else:
-            refused.add(order)
-            in_a_row += 1
+        passed.add(order)
+        in_a_row += 1
+        if not gains[best] > np.log(moments.highest / CHANCE) * _floor(gains, candidates, best):
+            continue
+        for tried in dict.fromkeys(((*orders, order), (*base, order))):
+            found, moved = tried, find_lag(moments, tried, reach) if mixed or len(tried) < 4 else lag
+            for _ in range(ROUNDS if mixed else 0):
+                start = set(found)
+                found = exchange_orders(normal_equations(pooled, moved), found, allowed)
+                if set(found) == start:
+                    break
+                moved = find_lag(moments, found, reach)
+            after = moments.unseen(found, moved)
+            if _surely(before - after, quantile):
+                beside |= set(tried) - {*orders, order}
+                orders, lag, before, in_a_row = found, moved, after, 0
+                passed = (passed - set(tried)) | set(found)
+                shares.append(float(1 - after.sum() / friction.sum()))
+                break
+        waiting = tuple(n for n in (*base, order) if n not in orders)
+    orders = _without_idle(moments, orders, beside, lag, quantile)
     return ChosenOrders(orders, find_lag(moments, orders, reach), tuple(shares))
+
+
+def _surely(gain: Array, quantile: float) -> bool:
+    """Whether arcs (A,) that were held out are met better by more than chance."""
+    return bool(gain.mean() > quantile * gain.std(ddof=1) / np.sqrt(len(gain)))
+
+
+def _without_idle(
+    moments: Moments, orders: tuple[int, ...], beside: set[int], lag: float, quantile: float
+) -> tuple[int, ...]:
+    """The orders without those that came in beside others and that held-out arcs do not miss, the least missed first."""
+    while doubted := [n for n in orders if n in beside]:
+        every = moments.unseen(orders, lag)
+        missed = [moments.unseen(tuple(o for o in orders if o != n), lag) - every for n in doubted]
+        least = int(np.argmin([m.sum() for m in missed]))
+        if _surely(missed[least], quantile):
+            break
+        orders = tuple(o for o in orders if o != doubted[least])
+    return orders
 
 
 def _floor(gains: Array, orders: Ints, at: int) -> float:
