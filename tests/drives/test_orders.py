@@ -103,6 +103,18 @@ def test_orders_are_exchanged_where_arcs_lack(monkeypatch):
     assert np.median([curve_error(seed) for seed in range(5)]) > 0.5  # chosen one after the other
 
 
+@pytest.mark.parametrize("orders", [(1, 2, 3, 4), (1, 2, 3, 6)])
+def test_low_orders_that_are_sure_only_together_are_found(orders):
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        a, phase = rng.permutation([0.06, 0.03, 0.02, 0.012]), rng.uniform(0, 2 * np.pi, 4)
+        truth = Cogging(orders, tuple(a * np.cos(phase)), tuple(a * np.sin(phase)), 0.01)
+        angle, d, _, _ = made(rng)
+        y = truth.at(angle, d) + 0.1 * d + 0.02 * rng.standard_normal(len(d))
+        moments = moments_of(angle, y - y.mean(), d, (angle / (np.pi / 6)).astype(int) % 12, 60)
+        assert set(choose_orders(moments, 20, 1.8, 0.02).orders) == set(orders)
+
+
 def test_noise_alone_has_no_order():
     rng = np.random.default_rng(3)
     angle, d, _, _ = made(rng)

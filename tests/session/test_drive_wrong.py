@@ -124,6 +124,20 @@ def test_what_is_given_twice_is_refused(place):
         found(place, log(place, "twice.csv", np.concatenate([rows(), rows()])))
 
 
+# obeys: drive-arc-unread
+def test_holes_that_held_out_arcs_do_not_notice_are_told(place):
+    truth = Cogging((4, 8, 12, 24), (0.057, 0.014, 0.015, -0.005), (-0.018, -0.027, 0.013, -0.011), 0.0105)
+    values = rows(truth, turns=2.2, count=6000, noise=0.02)
+    at = np.mod(np.degrees(values[:, 1]), 90)
+    for name, kept, told in (
+        ("holes.csv", (at > 55) | ((at > 25) & (at < 30)), True),
+        ("narrow.csv", (at < 20) | (at > 40), False),
+        ("whole.csv", at >= 0, False),
+    ):
+        made = found(place, log(place, name, values[kept]))
+        assert made.trusted != told and (Code.DRIVE_ARC_UNREAD in codes(made)) == told, name
+
+
 # obeys: drive-one-unlike
 def test_slots_or_poles_alone_are_heeded(place):
     path = log(place)

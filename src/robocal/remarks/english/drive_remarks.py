@@ -104,6 +104,11 @@ class DriveRemarks:
         "{count} rows of {log} repeat the row before, as a logger faster than its drive writes them: left out"
     )
     DRIVE_TIME_ANEW = Phrase("time starts anew in line {lines} of {log}: read as {count} sweeps, one after the other")
+    DRIVE_ARC_UNREAD = Phrase(
+        "{width:.3g} deg[ in each {period:.3g} deg of the turn] were read in neither direction, more than a quarter period of order "
+        "{order}: the table says nothing there",
+        "Sweep there as well; a rotor that escapes needs a stiffer position loop.",
+    )
     DRIVE_TABLE_LOST = Phrase(
         "{lost:.3g} deg of the tables have no reading near, in neither direction",
         "Log more often, or take a wider --window.",

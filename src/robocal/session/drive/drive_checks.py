@@ -35,6 +35,7 @@ __all__ = [
     "check_better_reading",
     "check_coverage",
     "check_electrical",
+    "check_gaps",
     "check_motor",
     "check_reading",
     "check_share",
@@ -44,6 +45,7 @@ __all__ = [
 ]
 
 FEW = 6  # grid: orders, by which another reading is tried
+WEAK = 0.01  # grid: of the variance; of weaker orders some are noise, and share no divisor
 LEVELS = 20  # grid: a coarser effort has its largest value often by itself
 CROWD = 5  # grid: times the rows at the next value; of a round top that is told in steps it is 2.4
 LEAST_TURN = 0.9  # grid: of a turn, which another reading of the angle has to cover
@@ -78,6 +80,27 @@ def check_coverage(
         slots, poles = made
         own = HIGHEST // 4 if slots is None or poles is None else lcm(slots, poles)
         yield Remark.of(Code.DRIVE_ORDERS_UNSEEN, places=places, highest=highest), highest < own
+
+
+def check_gaps(
+    sweeps: Sequence[Sweep], used: Sequence[Bools], orders: Sequence[int], amplitudes: Array
+) -> Iterator[Remark]:
+    """What neither direction has read, where the strongest order may rise from zero to its peak unseen.
+
+    Orders with a common divisor say the same in every part of a turn: what one part lacks others have.
+    """
+    if not len(orders):
+        return
+    each, power = np.array(orders), np.asarray(amplitudes) ** 2
+    parts, strongest = int(np.gcd.reduce(each[power > WEAK * power.sum()])), int(each[np.argmax(power)])
+    period = 2 * np.pi / parts
+    angle = np.unique(np.mod(np.concatenate([s.angle[rows] for s, rows in zip(sweeps, used, strict=True)]), period))
+    widest = float(np.diff(angle, append=angle[0] + period).max())
+    if widest > np.pi / 2 / strongest * (
+        1 + 1e-6
+    ):  # tolerance: of rounding, where an encoder has four steps in a period
+        said = float(np.degrees(period)) if parts > 1 else None
+        yield Remark.of(Code.DRIVE_ARC_UNREAD, width=float(np.degrees(widest)), period=said, order=strongest)
 
 
 def check_speed(sweep: Sweep) -> Iterator[tuple[Remark, bool]]:

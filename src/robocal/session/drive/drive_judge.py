@@ -17,6 +17,7 @@ from robocal.session.drive.drive_checks import (
     check_better_reading,
     check_coverage,
     check_electrical,
+    check_gaps,
     check_motor,
     check_reading,
     check_share,
@@ -67,6 +68,8 @@ def judge_logs(
     else:
         c = taken.motor.cogging
         warnings += check_motor(c.orders, c.amplitudes, *made)
+        for remark in check_gaps(sweeps, used, c.orders, c.amplitudes) if whole else ():
+            verdict = _doubt(verdict, remark)
         for remark, doubted in (
             *check_weight(c, sweeps, known_free),
             *check_electrical(sweeps[0], share, noise_share, c, made),
