@@ -76,6 +76,7 @@ OTHER = {
     "drive-effort-size": "session/test_drive_wrong.py",
     "drive-unproven": "session/test_drive_wrong.py",
     "drive-one-unlike": "session/test_drive_wrong.py",
+    "drive-lag-far": "session/test_drive_wrong.py",
     "drive-arc-unread": "session/test_drive_wrong.py",
     "stretch-beyond": "cli/test_cable_loads_wrong.py",
     "loads-scatter": "cli/test_cable_loads_wrong.py",

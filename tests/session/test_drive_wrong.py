@@ -138,6 +138,25 @@ def test_holes_that_held_out_arcs_do_not_notice_are_told(place):
         assert made.trusted != told and (Code.DRIVE_ARC_UNREAD in codes(made)) == told, name
 
 
+def test_currents_without_their_sign_are_named_and_a_weight_is_none(place):
+    values = rows()
+    values[:, 2] = np.abs(values[:, 2])
+    made = found(place, log(place, "size.csv", values))
+    assert made.result.verdict.status == "refused" and Code.DRIVE_OTHER_READING in codes(made)
+    assert "the effort with the sign of its direction" in made.result.verdict.remarks[0].sentence
+    assert found(place, log(place, "weight.csv", rows() + [0, 0, 1.0])).trusted  # all above zero, and right
+
+
+# obeys: drive-lag-far
+@pytest.mark.parametrize("count", [10, 20, 41])  # 4, 7 and 15 degrees: of order 24 the last is a whole period
+def test_efforts_of_another_moment_than_their_angles_are_told(place, count):
+    values, late = rows(), rows()
+    late[:, 2] = np.roll(late[:, 2], count)
+    made = found(place, log(place, "late.csv", late))
+    assert not made.trusted and Code.DRIVE_LAG_FAR in codes(made)
+    assert found(place, log(place, "at-once.csv", values)).trusted
+
+
 # obeys: drive-one-unlike
 def test_slots_or_poles_alone_are_heeded(place):
     path = log(place)

@@ -104,6 +104,11 @@ class DriveRemarks:
         "{count} rows of {log} repeat the row before, as a logger faster than its drive writes them: left out"
     )
     DRIVE_TIME_ANEW = Phrase("time starts anew in line {lines} of {log}: read as {count} sweeps, one after the other")
+    DRIVE_LAG_FAR = Phrase(
+        "harmonics of one direction explain {other:.0%} of the other in the log of {log}[, {apart:.3g} {unit} apart]: effort and angle may "
+        "be logged at different moments[, by {delay:.2g} s], or there is play between motor and encoder",
+        "Log both at one moment; without a delay, a sweep at half the speed shows the same.",
+    )
     DRIVE_ARC_UNREAD = Phrase(
         "{width:.3g} deg[ in each {period:.3g} deg of the turn] were read in neither direction, more than a quarter period of order "
         "{order}: the table says nothing there",

@@ -17,6 +17,7 @@ from robocal.diagnose.drive_limits import (
     NOISE_TIMES,
     QUICK_RIPPLE,
     READING_EXPLAINS,
+    SHIFT_LEAST,
     SLOTS_NAME,
     SWEEP_EFFORT,
     TABLE_EXPLAINS,
@@ -36,15 +37,18 @@ __all__ = [
     "check_coverage",
     "check_electrical",
     "check_gaps",
+    "check_lag",
     "check_motor",
     "check_reading",
     "check_share",
+    "check_sign",
     "check_speed",
     "check_weight",
     "other_readings",
 ]
 
 FEW = 6  # grid: orders, by which another reading is tried
+SIGNED = "the effort with the sign of its direction"
 WEAK = 0.01  # grid: of the variance; of weaker orders some are noise, and share no divisor
 LEVELS = 20  # grid: a coarser effort has its largest value often by itself
 CROWD = 5  # grid: times the rows at the next value; of a round top that is told in steps it is 2.4
@@ -146,6 +150,37 @@ def other_readings(sweep: Sweep) -> Iterator[tuple[str, Sweep]]:
     for words, factor in factors.items():
         yield words, _again(sweep, sweep.angle * factor, sweep.effort)
     yield "angle and effort exchanged", _again(sweep, sweep.effort, sweep.angle)
+    if _is_unsigned(sweep):
+        yield SIGNED, _again(sweep, sweep.angle, sweep.effort * sweep.direction)
+
+
+def _is_unsigned(sweep: Sweep) -> bool:
+    """Whether efforts of both directions have one sign, as the size of a current has."""
+    effort = sweep.effort[sweep.used]
+    return len(np.unique(sweep.direction[sweep.used])) > 1 and bool((effort >= 0).all() or (effort <= 0).all())
+
+
+def check_sign(sweep: Sweep) -> Remark | None:
+    """That efforts have lost their sign: with that of their direction, the curves of both directions are one. Under a weight that is larger
+    than friction they are one as they are."""
+    if not _is_unsigned(sweep):
+        return None
+    share, other = _explained(sweep), _explained(dict(other_readings(sweep))[SIGNED])
+    if other <= max(share, TABLE_EXPLAINS):
+        return None
+    return Remark.of(Code.DRIVE_OTHER_READING, change=SIGNED, other=other, share=max(share, 0.0))
+
+
+def check_lag(log: DriveLog, lag: float, share: float, other: float, by_direction: bool) -> Remark | None:
+    """That the curves of both directions lie farther apart than friction makes them, or, with phases of their own, that one says nothing of
+    the `other`: so it is where effort and angle are of different moments."""
+    far = 2 * abs(lag) > SHIFT_LEAST
+    if not far and not (by_direction and other < TABLE_EXPLAINS * share):
+        return None
+    apart = float(log.in_angle_unit(2 * abs(lag))) if far else None
+    delay = abs(lag) / max(log.sweep.median_speed, 1e-12) if far else None
+    name, unit = log.path.name, log.angle_unit
+    return Remark.of(Code.DRIVE_LAG_FAR, log=name, other=max(other, 0.0), apart=apart, unit=unit, delay=delay)
 
 
 def _again(sweep: Sweep, angle: Array, effort: Array) -> Sweep:

@@ -18,9 +18,11 @@ from robocal.session.drive.drive_checks import (
     check_coverage,
     check_electrical,
     check_gaps,
+    check_lag,
     check_motor,
     check_reading,
     check_share,
+    check_sign,
     check_weight,
 )
 from robocal.session.drive.drive_fit import MotorFit
@@ -43,10 +45,12 @@ def escape_width(sweep: Sweep, escaped: Bools) -> float:
 
 def judge_logs(
     logs: Sequence[DriveLog], sweeps: Sequence[Sweep], used: Sequence[Bools], escaped: Sequence[Bools], taken: MotorFit,
-    other_logs: Mapping[int, Explained], contradictions: Sequence[Remark], made: tuple[int | None, int | None], noise_share: float,
+    other_logs: Mapping[int, Explained], contradictions: Sequence[Remark], made: tuple[int | None, int | None],
+    noise_share: float, lag: float, other_way: float,
 ) -> tuple[Verdict, tuple[Remark, ...]]:  # fmt: skip
     """The verdict with what the logs cannot tell, and what is worth knowing beside it; `contradictions` are
-    between the fitted logs, `noise_share` is the noise's of the variance."""
+    between the fitted logs, `noise_share` is the noise's of the variance, `lag` that of one curve for both directions,
+    `other_way` the share of one direction that the harmonics of the other explain."""
     known_free = any(log.load == "detached" for log in logs)
     verdict = verdict_of(taken.decision, over_range=False)
     warnings = [r for log in logs for r in log.remarks]
@@ -63,11 +67,13 @@ def judge_logs(
     if why is not None:
         other = check_reading(sweeps[0], share)
         verdict = verdict.instead("refused", other or why)
-    elif (other := check_better_reading(sweeps[0], share, noise_share, whole)) is not None:
+    elif (other := check_sign(sweeps[0]) or check_better_reading(sweeps[0], share, noise_share, whole)) is not None:
         verdict = verdict.instead("refused", other)
     else:
         c = taken.motor.cogging
         warnings += check_motor(c.orders, c.amplitudes, *made)
+        if (far := check_lag(logs[0], lag, share, other_way, c.by_direction)) is not None:
+            verdict = _doubt(verdict, far)
         for remark in check_gaps(sweeps, used, c.orders, c.amplitudes) if whole else ():
             verdict = _doubt(verdict, remark)
         for remark, doubted in (

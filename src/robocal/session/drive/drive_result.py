@@ -266,9 +266,12 @@ def identify_logs(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, comma
     )
     table = seed_table(sweeps[0], escaped[0] | lone[0], o.degree, np.radians(o.window)) if o.method == "seed" else None
     noise = noise_of(taken.decision)
+    one_lag = tried["lag"].motor.cogging.lag if "lag" in tried else chosen.lag
     noise_share = noise**2 * float(moments.n.sum() / moments.q.sum())
     apart = tuple(contradictions([logs[i] for i in fitted], used, o.orders))
-    verdict, warnings = judge_logs(logs, sweeps, used, escaped, taken, other_logs, apart, (slots, poles), noise_share)
+    verdict, warnings = judge_logs(
+        logs, sweeps, used, escaped, taken, other_logs, apart, (slots, poles), noise_share, one_lag, other
+    )
     alone = [
         Remark.of(Code.DRIVE_LONE_ROWS, count=int(a.sum()), log=s.name)
         for s, a in zip(sweeps, lone, strict=True)
