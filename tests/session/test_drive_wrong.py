@@ -267,6 +267,13 @@ def test_what_the_map_of_odrive_has_not_is_refused(runs, key, more):
     assert told.value.key == key
 
 
+def test_a_torque_constant_in_another_unit_is_refused(runs):
+    for k_c in (561.0, 0.561e-6):  # of 0.561 N m/A: mN m for N m, and uA for A
+        with pytest.raises(FormatError, match="no motor has this torque constant"):
+            compensate.run(compensate.Options(motor=runs / "improved", unit="Nm", torque_constant=k_c))
+    assert compensate.run(compensate.Options(motor=runs / "improved", unit="Nm", torque_constant=0.561)).trusted
+
+
 def test_a_torque_constant_that_makes_numbers_no_controller_has_is_refused(runs):
     for k_c in (1e300, 1e40):
         with pytest.raises(FormatError, match="no controller holds"):
