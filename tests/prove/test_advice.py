@@ -79,6 +79,7 @@ OTHER = {
     "drive-lag-far": "session/test_drive_wrong.py",
     "drive-arc-unread": "session/test_drive_wrong.py",
     "stretch-beyond": "cli/test_cable_loads_wrong.py",
+    "cable-too-light": "cli/test_cable_loads_wrong.py",
     "loads-scatter": "cli/test_cable_loads_wrong.py",
     "span-unlike": "cli/test_cable_loads_wrong.py",
     "torque-size": "session/test_torque_units.py",

@@ -13,12 +13,13 @@ from robocal.cables.rope import Rope, rope
 from robocal.cables.statics import gravity_wrench, structure_of
 from robocal.cables.straightness import excess_of, level_sag
 from robocal.cables.tension import distribute
-from robocal.diagnose.limits import LOADS_UNLIKE, STRETCH_MOST, TENSION_MASS
+from robocal.diagnose.limits import LOADS_UNLIKE, SOUND_MOST, STRETCH_MOST, TENSION_MASS
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.pose_lists import CableList, read_platform_poses
 from robocal.files.text import InputFile
 from robocal.files.units import finite, parse_quantity
+from robocal.geometry.gravity import GRAVITY
 from robocal.progress import Watch
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
@@ -66,7 +67,13 @@ def compute_straightness(o: Any, watch: Watch | None = None, command: str = "") 
     ]
     tension, lost = _pulls(o, si, file, rows, poses, names)
     _insist_hang(file, at, si.span, weight)
-    slack = (*_span(file, poses, si.span), *_slack(file, names, poses, tension, weight))
+    if at is not None:
+        lost = (*lost, *_contradictions(file, at))
+    slack = (
+        *_too_light(file, ropes, tension, weight),
+        *_span(file, poses, si.span),
+        *_slack(file, names, poses, tension, weight),
+    )
     reasons = (*lost, *slack, *_overstretched(file, ropes, tension), *(() if loads is None else loads.refused))
     inputs = [*statics.robot_inputs(file, o.robot)]
     if rows is not None:
@@ -144,6 +151,19 @@ def _span(file: CableFile, poses: Array, span: float | None) -> tuple[Remark, ..
         return ()
     numbers = {"span": Quantity(span), "longest": Quantity(longest)}
     return (Remark.of(Code.SPAN_UNLIKE, unit=file.units.length.name, **numbers),)
+
+
+def _too_light(file: CableFile, ropes: tuple[Rope, ...], tension: Array, weight: Array) -> tuple[Remark, ...]:
+    """The cable in which sound would run faster than in any material, sqrt(E A / (w / g)): weight or elasticity are of another unit."""
+    pull = np.nanmean(np.nan_to_num(tension), axis=0)
+    stiff = np.array([float(t / r.strain(t)) if r.strain(t) > 0 else 0.0 for r, t in zip(ropes, pull, strict=True)])
+    speed = np.sqrt(stiff * float(np.linalg.norm(GRAVITY)) / weight)
+    worst = int(speed.argmax())
+    if not speed[worst] > SOUND_MOST:
+        return ()
+    return (
+        Remark.of(Code.CABLE_TOO_LIGHT, cable=file.robot.cables[worst], speed=Quantity(float(speed[worst]), "m/s")),
+    )
 
 
 def _slack(file: CableFile, names: tuple[str, ...], poses: Array, tension: Array, weight: Array) -> tuple[Remark, ...]:
