@@ -7,7 +7,7 @@ import pytest
 from simulation.test_platform import A, B, robot
 
 from robocal.cables.cable_lengths import inverse
-from robocal.cables.geometry import CableRobot, cable_robot, lengths
+from robocal.cables.geometry import CableRobot, cable_robot, straight
 from robocal.cables.prepared import Drums, Prepared
 from robocal.cables.pulley import Pulleys
 from robocal.control.pid import ControlLaw
@@ -194,11 +194,15 @@ def test_robots_of_few_cables(count, word):
 
 
 def test_as_many_cables_as_freedoms_hang():
-    a = np.array([[np.cos(t), np.sin(t), 3.0] for t in np.arange(6) * np.pi / 3]) * [2.0, 2.0, 1.0]
-    b = np.array([[np.cos(t), np.sin(t), 0.0] for t in (np.array([1, 0, 3, 2, 5, 4]) * np.pi / 3 + 0.3)]) * 0.3
+    """Sensors have nothing to set where no tension only strains the platform."""
+    around = np.arange(6) * np.pi / 3
+    a = np.column_stack([2 * np.cos(around), 2 * np.sin(around), np.full(6, 3.0)])
+    b = 0.3 * np.column_stack([np.cos(around), np.sin(around), np.zeros(6)])[[1, 0, 3, 2, 5, 4]]
     machine = cable_robot("hung", a, b, mass=4.0, limits=np.tile([0.0, 1e3], (6, 1)))
-    made, state = ready(machine)
-    new, command = made.step(state, machine.home, np.zeros(6), np.full(6, 5.0))
+    at = se3.compose(np.eye(3), [0.0, 0.0, 1.5])
+    made = platform_controller(Prepared(machine, method="mid"), DRUMS)
+    made, state = made.power_up(at, np.zeros(6))
+    new, command = made.step(state, at, np.zeros(6), np.full(6, 5.0))
     assert new.arrived and (command.torque > 0).all() and np.abs(new.trim).max() < 1e-12
 
 
@@ -212,7 +216,7 @@ def reads_as_it_moves(machine: CableRobot, gain: float) -> float:
     """How far the pose that a controller finds is from the one whose lengths its motors show, m and rad."""
     made, state = ready(machine)
     goal = se3.displace(machine.home, [0.03, -0.02, 0.02], [0.01, 0.02, -0.01])
-    first, then = (lengths(machine, p[None])[0] for p in (machine.home, goal))
+    first, then = (straight(machine, p[None])[0][0] for p in (machine.home, goal))
     for part in np.linspace(0.1, 1.0, 10):
         state, _ = made.step(state, machine.home, part * (then - first) / (gain * 0.01))
     for _ in range(3):
@@ -279,6 +283,7 @@ def world() -> tuple[WinchPlant, object, PlatformController, PlatformState]:
         (lambda p, d, c, s: Winches(0.04, 3e-4, gear=np.inf), "gear"),
         (lambda p, d, c, s: Winches(0.04, 3e-4, growth=NAN), "growth"),
         (lambda p, d, c, s: Winches(0.04, 3e-4, limit=NAN), "limit"),
+        (lambda p, d, c, s: Winches(0.04, 3e-4, coulomb=-1.0), "coulomb"),
         (lambda p, d, c, s: plant_of(robot(), damping=np.zeros(3)), "damping"),
     ],
 )  # fmt: skip
@@ -288,11 +293,13 @@ def test_no_plant_moves_so(call, key):
     assert failure.value.key == key
 
 
-def test_turns_of_half_a_turn_and_more_have_a_way():
-    """A goal that is half a turn away has two ways of the same length; the projection sees none, and says that it has not arrived."""
-    made, state = ready(motion=MotionLimits(rotation="projection"))
+@pytest.mark.parametrize("rotation", ["log", "projection"])
+@pytest.mark.parametrize("angle", [2.0, np.pi])
+def test_turns_of_half_a_turn_have_a_way(rotation, angle):
+    """The sine of half a turn is nothing: the projection alone would say that it has arrived."""
+    made, state = ready(motion=MotionLimits(rotation=rotation))
     goal = HOME.copy()
-    goal[:3, :3] = so3.exp([0.0, 0.0, np.pi])
-    for _ in range(5):
-        state, _ = made.step(state, goal, np.zeros(8))
-    assert not state.arrived
+    goal[:3, :3] = so3.exp([0.0, 0.0, angle])
+    state, _ = made.step(state, goal, np.zeros(8))
+    assert not state.arrived and state.left[1] == pytest.approx(angle, abs=1e-6)
+    assert abs(state.twist[5]) == pytest.approx(1e-3)

@@ -63,7 +63,9 @@ class ControlLaw:
         every = {gain for gains in GAINS.values() for gain in gains}
         for gain in sorted(every):
             known, expected = (gain in numbers) == (gain in own), " ".join(own)
-            require(known, f"the gains of {name} are others", key=gain, found=" ".join(sorted(numbers)), expected=expected)
+            require(
+                known, f"the gains of {name} are others", key=gain, found=" ".join(sorted(numbers)), expected=expected
+            )
         return cls(**numbers)
 
     @property

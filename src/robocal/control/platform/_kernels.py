@@ -170,7 +170,7 @@ def control_step(law, cables, rows, body, bounds, winches, tables, goal, seen, s
     twist = memory[TWIST : TWIST + 6]
     known = True
     for c in range(m):
-        known = known and math.isfinite(seen[c])
+        known = known and math.isfinite(seen[c]) and winches[c, 0] + winches[c, 1] * seen[c] / winches[c, 2] > 0.0
     put(pose, last)
     if known:
         follow(cables, winches, seen, law[SHIFT], now, drum)
