@@ -19,15 +19,13 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Literal
 
-import numpy as np
 from pydantic import BeforeValidator, FiniteFloat, PositiveInt
 
 from robocal._record import record, replace
-from robocal._types import Array
-from robocal.errors import FormatError, ModelError, look_up
+from robocal.errors import FormatError, look_up
 from robocal.files.factory_lens import factory_lens, is_factory, is_listing, listed_lens
 from robocal.files.other_lenses import (
     cameras_of,

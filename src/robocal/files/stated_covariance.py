@@ -22,7 +22,8 @@ def covariance_of(
     at: Path_,
     of: str = "sigma",
 ) -> Array:
-    """The covariance (k, k) of some numbers, of a lens unless `of` another key, from standard deviations and correlations (none: 0). Raises FormatError."""
+    """The covariance (k, k) of some numbers from standard deviations, which stand under the key `of`, and correlations (none: 0). Raises
+    FormatError."""
     for symbol, value in sigma.items():
         document.insist_known(symbol, symbols, "not a number of this lens", (*at, of, symbol))
         if not 1e-30 < value < 1e30:

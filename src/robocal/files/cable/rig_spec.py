@@ -58,7 +58,7 @@ class RigPosesModel(FileModel):
     """How many poses, and the box in which they are drawn; tilts up to tilt_max about any level axis."""
 
     calibration: Count
-    verification: Count = 10
+    verification: Annotated[int, Field(ge=2, le=10_000)] = 10
     x: Range
     y: Range
     z: Range
