@@ -1,4 +1,4 @@
-"""What the noise of lengths leaves of a robot that is known exactly: `python scripts/commissioning_bound.py RIG.yaml --rigs 4000`.
+"""What the noise of lengths leaves of a robot that is known exactly: `python scripts/commissioning_bound.py RIG.yaml`.
 
 RIG.yaml is that of `commissioning.py`. No estimator of robocal is used: how lengths answer to a pose is written in `thesis_bound.py`, and
 errors of verification poses are drawn from the inverse of what the lengths say of them (Cramer and Rao). Anchors, zeros, stretch and
@@ -94,7 +94,7 @@ def main():
     """Draws and prints."""
     words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     words.add_argument("rig", type=Path)
-    words.add_argument("--rigs", type=int, default=4000)
+    words.add_argument("--rigs", type=int, default=1000)
     words.add_argument("--noise", type=float, help="of a length, m, in place of that of the file")
     words.add_argument("--readings", type=int, default=1, help="readings of independent noise, averaged at each pose")
     words.add_argument("--calibrations", type=int, default=0, help="rigs of which the best calibration is foretold")

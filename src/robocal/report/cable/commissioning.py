@@ -8,7 +8,7 @@ from typing import Any
 from robocal.report.sections import Block, Detail, Figure, Pair, Section, Text, ends, figure, quiet, table
 from robocal.report.verification import BARS, Spread, draw_spreads, verification_sections
 
-__all__ = ["commissioning_details", "commissioning_sections"]
+__all__ = ["commissioning_details", "commissioning_sections", "thesis_figures"]
 
 # Of lists A, B and C with a camera: r, then mean and deviation relative to the marker and to the first pose (mm), and the same in deg.
 # Source: the thesis behind `examples/cable-laval`, tables 3.3, 3.4 and 3.5.
@@ -111,12 +111,12 @@ def commissioning_details(found: Any) -> Iterator[Section]:
         return
     columns = {c.name: list(c.values) for c in found.listing.columns}
     title = "Means and deviations beside the thesis (figures 3.22 to 3.25)"
-    drawn = Detail(lambda: _figures(columns))
+    drawn = Detail(lambda: thesis_figures(columns))
     yield Section.of("", drawn, title=title, key="beside", brief=(), folded=True)
     yield from (s for s in verification_sections(found.verified.document) if s.key in ("means", "lists", "places"))
 
 
-def _figures(columns: Mapping[str, list[Any]]) -> Iterator[Block]:
+def thesis_figures(columns: Mapping[str, list[Any]]) -> Iterator[Block]:
     """By list: the robot relative to the first pose, then camera and instrument, and camera and robot; this run and the thesis."""
 
     def rows(key: str, thesis: Mapping[str, tuple[float, ...]], at: int) -> list[Spread]:
