@@ -78,7 +78,7 @@ def one(given, case: str, seed: int) -> dict:
     with rig.open("w", encoding="utf-8") as file:
         YAML(typ="safe").dump(said, file)
     began = time.process_time()
-    made = rc.cable.rig(rig, output=folder, seed=seed, force=True, poses=given.poses, **CASES[case]).result
+    made = rc.cable.rig(rig, output=folder, seed=seed, force=True, lists=1, poses=given.poses, **CASES[case]).result
     row: dict = {
         "case": case,
         "seed": seed,
