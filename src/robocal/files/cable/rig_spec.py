@@ -107,7 +107,7 @@ class MarkersModel(FileModel):
 class SightingModel(FileModel):
     """When a marker is seen."""
 
-    angle_from_axis_below: Positive = 45.0
+    angle_from_axis_below: Annotated[float, Field(gt=0, lt=90)] = 45.0
     border_px: NotNegative = 8.0
     side_px_above: NotNegative = 20.0
 
@@ -244,6 +244,10 @@ def read_cable_rig(path: str | os.PathLike[str]) -> CableRigSpec:
     for key, pair in (("limits_N", said.tensions.limits_N), ("pose_kept_if_within_N", said.tensions.allowed_N)):
         good = pair is None or 0 <= pair[0] < pair[1]
         document.insist(good, "no range", ("tensions", key), found=pair, expected="two tensions, the lower first")
+    low, high = said.tensions.limits_N or said.tensions.allowed_N
+    expected, found = f"between {low:g} and {high:g}", said.tensions.preferred_N
+    good = low <= said.tensions.preferred_N <= high
+    document.insist(good, "beyond the limits", ("tensions", "preferred_N"), found=found, expected=expected)
     _wrongs(said, document, m)
     width, height = said.camera.resolution
     centre = [_drawn(said.camera.cx, width / 2, ("camera", "cx"), document),

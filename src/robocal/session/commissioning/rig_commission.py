@@ -13,7 +13,7 @@ from robocal._record import record, replace
 from robocal._types import Array
 from robocal.apply.verification import errors, relative
 from robocal.cables.calibration.beacons import gauge_of
-from robocal.errors import ModelError, require
+from robocal.errors import FormatError, ModelError
 from robocal.files.cable.rig_spec import CableRigSpec, read_cable_rig
 from robocal.files.cable.write import describe_cable
 from robocal.files.images import encode_png
@@ -240,7 +240,7 @@ def commission(o: Any, watch: Watch | None = None, command: str = "") -> Commiss
     for name, stream in zip(NAMES, streams[2:], strict=False):
         tell(watch, "motion")
         rng = np.random.default_rng(stream)
-        motion, _ = power_up(world, rng)
+        motion = _switch_on(world, rng)
         motion.draws, motion.watch = o.images, watch
         reason = check_rig(motion, rng)
         if reason is None:
@@ -258,6 +258,14 @@ def commission(o: Any, watch: Watch | None = None, command: str = "") -> Commiss
         spec=spec, world=world, seed=o.seed, done=tuple(done), motions=motions, data=tuple(written), inputs=(spec.file,), command=command,
         warnings=warnings, reasons=reasons,
     )  # fmt: skip
+
+
+def _switch_on(world: RigWorld, rng: np.random.Generator) -> RigMotion:
+    """The rig at power-up. Raises FormatError in the words of its own file: nobody has seen the robot's yet."""
+    try:
+        return power_up(world, rng)[0]
+    except FormatError as error:
+        raise error.of_file(world.spec.file.file, row=None) from None
 
 
 def _with_options(spec: CableRigSpec, o: Any) -> CableRigSpec:
@@ -292,8 +300,11 @@ def _one(
     recording = motion.record_list(poses, "p", rng)
     if isinstance(recording, Stop):
         return remark_of_stop(recording, motion)
-    expected = "larger markers, more of them, or another marker_seen_if"
-    require(len(recording.corners) > 0, "the camera shows no marker at any pose", key="markers", expected=expected)
+    if not recording.corners:
+        expected = "a camera that looks at them, larger markers, or another marker_seen_if"
+        raise FormatError(
+            "the camera shows no marker at any pose", file=spec.file.file, key="markers", expected=expected
+        )
     folder = Path(o.output) / name
     written += write_files(folder, list_files(world, rough.zeros, recording))
     if recording.images:
@@ -323,10 +334,14 @@ def _said(spec: CableRigSpec, done: Sequence[RigList]) -> tuple[tuple[Remark, ..
         else []
     )
     reasons = [
-        Remark.of(
-            Code.RIG_NOT_IMPROVED, name=d.name, verdict=d.calibration.outcome.result.verdict.status.replace("_", " ")
-        )
+        Remark.of(Code.RIG_NOT_IMPROVED, name=d.name, verdict=_verdict(d))
         for d in done
         if not d.calibration.outcome.improved
     ]
     return tuple(warnings), tuple(reasons)
+
+
+def _verdict(done: RigList) -> str:
+    """The verdict of a calibration that is not trusted, in words."""
+    status = done.calibration.outcome.result.verdict.status
+    return "improved where it was measured, and nowhere else" if status == "improved" else status.replace("_", " ")
