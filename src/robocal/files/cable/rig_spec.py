@@ -244,10 +244,9 @@ def read_cable_rig(path: str | os.PathLike[str]) -> CableRigSpec:
     for key, pair in (("limits_N", said.tensions.limits_N), ("pose_kept_if_within_N", said.tensions.allowed_N)):
         good = pair is None or 0 <= pair[0] < pair[1]
         document.insist(good, "no range", ("tensions", key), found=pair, expected="two tensions, the lower first")
-    low, high = said.tensions.limits_N or said.tensions.allowed_N
-    expected, found = f"between {low:g} and {high:g}", said.tensions.preferred_N
-    good = low <= said.tensions.preferred_N <= high
-    document.insist(good, "beyond the limits", ("tensions", "preferred_N"), found=found, expected=expected)
+    (least, most), preferred = said.tensions.limits_N or said.tensions.allowed_N, said.tensions.preferred_N
+    expected, at = f"between {least:g} and {most:g}", ("tensions", "preferred_N")
+    document.insist(least <= preferred <= most, "beyond the limits", at, found=preferred, expected=expected)
     _wrongs(said, document, m)
     width, height = said.camera.resolution
     centre = [_drawn(said.camera.cx, width / 2, ("camera", "cx"), document),
