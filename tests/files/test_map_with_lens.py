@@ -50,8 +50,8 @@ def test_the_lens_of_a_map_comes_back(tmp_path, form, sizes):
     back = read_map(write(tmp_path, given, form)).map
     scale = np.sqrt(np.outer(np.diag(given.joint), np.diag(given.joint))) + 1e-30
     assert np.abs((back.joint - given.joint) / scale).max() < 1e-10
-    assert back.lens.known == ("fx", "cy", "k1") and back.lens.given == given.lens.given
-    assert back.lens.found == pytest.approx(given.lens.found, rel=1e-14)
+    assert back.lens.known == ("fx", "cy", "k1") and back.lens.before == given.lens.before
+    assert back.lens.after == pytest.approx(given.lens.after, rel=1e-14)
     some = take_markers(move_map(back, se3.from_vector([1, 2, 3, 0.4, 0.5, 0.6])), back.names[1:3])
     count, more = len(back.names), [6 * len(back.names) + i for i in (1, 2)] if sizes else []
     last = len(given.joint)
@@ -93,7 +93,7 @@ def test_a_lens_is_that_of_the_map_by_its_numbers():
 
     known, lens = map_with_lens().lens, lens_known()
     assert is_lens_of(known, replace(lens, known=tuple(LENS)))
-    assert is_lens_of(known, replace(lens, known=tuple(LENS), numbers=known.found))
+    assert is_lens_of(known, replace(lens, known=tuple(LENS), numbers=known.after))
     assert not is_lens_of(known, replace(lens, known=tuple(LENS), numbers=tuple(v + 0.01 for v in lens.numbers)))
     assert not is_lens_of(known, replace(lens, known=("fx",)))  # nobody says how surely the others are known
     assert not is_lens_of(None, lens)

@@ -59,7 +59,7 @@ def lens_lines(lens: MapLens | None) -> list[str]:
     """What map.yaml says of its lens."""
     if lens is None:
         return []
-    given, found = (f"[{', '.join(map(number, numbers))}]" for numbers in (lens.given, lens.found))
+    given, found = (f"[{', '.join(map(number, numbers))}]" for numbers in (lens.before, lens.after))
     return [
         "lens:    # of the images: numbers that were free, all numbers as they were given, and as found",
         f"  model: {lens.model}", f"  known: [{', '.join(lens.known)}]", f"  given: {given}", f"  found: {found}",

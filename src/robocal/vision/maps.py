@@ -15,7 +15,7 @@ __all__ = ["MapLens", "MarkerMap"]
 
 @record(eq=False)
 class MapLens:
-    """The lens of the images that a map was made from: its model, its numbers as they were `given` and as they were `found`, the
+    """The lens of the images that a map was made from: its model, its numbers as given `before` and as found `after` the fit, the
     covariance (k, k) of those that were `known`, as found, and that of the small motions of all markers (6M, k), and of their edges
     (M, k) or None, with these.
 
@@ -25,8 +25,8 @@ class MapLens:
 
     model: str
     known: tuple[str, ...]
-    given: tuple[float, ...]
-    found: tuple[float, ...]
+    before: tuple[float, ...]
+    after: tuple[float, ...]
     covariance: Array
     across: Array
     edges: Array | None = None
@@ -39,8 +39,8 @@ class MarkerMap:
 
     Where sizes were found beside the places, `size_covariance` (M, 7M) is that of each edge with the small motions of all markers, and
     behind these with all edges, m and rad; `size_errors` is what the edges that were told could be off by: all alike (m), and each (of
-    itself). Every map of these prints has that error in common. `lens`
-    is what the map shares with the lens of its images, where it says so.
+    itself). Every map of these prints has that error in common. `lens` is what the map
+    shares with the lens of its images, where it says so.
 
     A map is known but for where it is as a whole: its covariance is the one in which no motion of all markers together is counted. z of
     a marker points out of its printed side, corners are counted from the top left: 0 (-, +), 1 (+, +), 2 (+, -), 3 (-, -).

@@ -30,7 +30,7 @@ def is_lens_of(through: MapLens | None, lens: Lens) -> bool:
     """Whether a lens is that of the map's images, as it was given or as it was found."""
     if through is None or through.model != lens.model or not set(through.known) <= set(lens.known):
         return False
-    return any(np.allclose(lens.numbers, n, rtol=SAME, atol=SAME**2) for n in (through.given, through.found))
+    return any(np.allclose(lens.numbers, n, rtol=SAME, atol=SAME**2) for n in (through.before, through.after))
 
 
 def with_lens(data: DataSet, known: MarkerMap, lens: Lens) -> DataSet:
