@@ -191,9 +191,11 @@ def test_bad_words_are_answered(case: Path) -> None:
 def test_all_rows_equal_is_a_verdict(case: Path) -> None:
     lines = (case / "data.csv").read_text(encoding="utf-8").splitlines()
     row = lines[2].split(",", 1)[1]
-    (case / "data.csv").write_text(
-        "\n".join([*lines[:2], *(f"p{i},{row}" for i in range(30))]) + "\n", encoding="utf-8"
-    )
+    rows = [f"p{i},{row}" for i in range(30)]
+    (case / "data.csv").write_text("\n".join([*lines[:2], *rows]) + "\n", encoding="utf-8")
+    robocal("identify", "robot.yaml", "data.yaml", "-o", "run").assert_refused("data.csv", "29 of 30 rows")
+    rows = [",".join([*(c := r.split(","))[:4], str(float(c[4]) + 1e-3 * i), *c[5:]]) for i, r in enumerate(rows)]
+    (case / "data.csv").write_text("\n".join([*lines[:2], *rows]) + "\n", encoding="utf-8")
     ran = robocal("identify", "robot.yaml", "data.yaml", "-o", "run")
     assert ran.status == 3, ran.err
     assert "all configurations are equal" in ran.out and "result.json" in files(case / "run")
@@ -220,8 +222,9 @@ def test_a_joint_outside_its_limits_is_a_warning(case: Path) -> None:
 def test_repeated_joints_with_different_results_are_repeatability(case: Path) -> None:
     lines = (case / "data.csv").read_text(encoding="utf-8").splitlines()
     again = [re.sub(r"^p(\d+)", r"r\1", line) for line in lines[2:8]]
-    x = again[0].split(",")
-    again[0] = ",".join([*x[:4], str(float(x[4]) + 0.1), *x[5:]])
+    (case / "data.csv").write_text("\n".join([*lines, *again]) + "\n", encoding="utf-8")
+    robocal("identify", "robot.yaml", "data.yaml").assert_refused("data.csv", "6 of 36 rows")
+    again = [",".join([*(x := r.split(","))[:4], str(float(x[4]) + 0.1), *x[5:]]) for r in again]
     (case / "data.csv").write_text("\n".join([*lines, *again]) + "\n", encoding="utf-8")
     assert robocal("identify", "robot.yaml", "data.yaml").status == 0
 

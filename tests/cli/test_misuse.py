@@ -72,9 +72,16 @@ def test_angles_that_are_not_explained(tmp_path):
 
 @pytest.mark.parametrize("kind", ["position", "distance", "point", "pixels"])
 def test_one_row_again_and_again(tmp_path, kind):
-    """Met exactly in any unit: no proof that another one was meant."""
+    """Met exactly in any unit: no proof that another one was meant. Copies are refused; what differs in a digit is no copy."""
     sim = simulated(tmp_path, kind)
-    ran = robocal(*changed(sim, tmp_path / "same", keep=lambda rows: [[f"c{i}", *rows[0][1:]] for i in range(30)]))
+
+    def again(rows, differ):
+        last = [float(rows[0][-1]) + differ * i for i in range(30)]
+        return [[f"c{i}", *rows[0][1:-1], repr(v)] for i, v in enumerate(last)]
+
+    ran = robocal(*changed(sim, tmp_path / "same", keep=lambda rows: again(rows, 0.0)))
+    assert ran.status == 2 and "29 of 30 rows" in ran.document["error"]["found"], ran.err
+    ran = robocal(*changed(sim, tmp_path / "near", keep=lambda rows: again(rows, 1e-6)))
     assert ran.status == 3 and ran.document["verdict"]["status"] != "improved", ran.err
 
 

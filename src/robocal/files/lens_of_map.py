@@ -20,7 +20,7 @@ class MapLensModel(FileModel):
     model: str
     known: list[str]
     given: list[FiniteFloat]
-    found: list[FiniteFloat]
+    after: list[FiniteFloat]
 
 
 def lens_symbols(document: YamlDocument, given: MapLensModel | None) -> tuple[str, ...]:
@@ -29,7 +29,7 @@ def lens_symbols(document: YamlDocument, given: MapLensModel | None) -> tuple[st
         return ()
     document.insist_known(given.model, tuple(MODELS), "no such model of lenses", ("lens", "model"))
     symbols = MODELS[given.model].symbols
-    for key in ("given", "found"):
+    for key in ("given", "after"):
         count = len(getattr(given, key))
         expected = f"{len(symbols)}: {', '.join(symbols)}"
         document.insist(
@@ -51,7 +51,7 @@ def split_lens(whole: Array | None, given: MapLensModel, count: int) -> tuple[Ar
         return whole, None
     own, places = len(whole) - len(given.known), 6 * count
     beside, edges = whole[:own, own:], whole[places:own, own:] if own > places else None
-    numbers = tuple(given.known), tuple(given.given), tuple(given.found)
+    numbers = tuple(given.known), tuple(given.given), tuple(given.after)
     return whole[:own, :own], MapLens(given.model, *numbers, whole[own:, own:], beside[:places], edges)
 
 
@@ -61,6 +61,6 @@ def lens_lines(lens: MapLens | None) -> list[str]:
         return []
     given, found = (f"[{', '.join(map(number, numbers))}]" for numbers in (lens.before, lens.after))
     return [
-        "lens:    # of the images: numbers that were free, all numbers as they were given, and as found",
-        f"  model: {lens.model}", f"  known: [{', '.join(lens.known)}]", f"  given: {given}", f"  found: {found}",
+        "lens:    # of the images: numbers that were free, all numbers as they were given, and after the fit",
+        f"  model: {lens.model}", f"  known: [{', '.join(lens.known)}]", f"  given: {given}", f"  after: {found}",
     ]  # fmt: skip
