@@ -393,7 +393,7 @@ def part_wrong() -> Iterator[Row]:
             motion, _ = power_up(draw_world(read_cable_rig(place), rng), rng)
         found = check_rig(motion, rng)
         moved = 1e3 * float(np.linalg.norm(motion.now[:3, 3] - motion.home[:3, 3]))
-        word = "" if found is None else found.code.value
+        word = "" if found is None else str(found.code)
         numbers = "" if found is None else str({k: v for k, v in found.numbers.items() if k.startswith("cable")})
         asked = f"wrong rigs named: {name}" if code else "a good rig goes"
         yield asked, f"{word or 'goes'} {numbers}, {moved:.0f} mm from the start", word == code

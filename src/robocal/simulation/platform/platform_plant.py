@@ -131,15 +131,15 @@ class PlatformPlant:
         return steps
 
     def fastest(self, rest: ArrayLike) -> float:
-        """A bound of the fastest vibration, and of the rate at which dampers end it, rad/s: all cables as one spring and one damper, on the
-        mass and on the least inertia."""
-        stiffness = self.cables[:, 3] / np.asarray(rest, float)
-        return float(np.sqrt(self._bound(stiffness)) + self._bound(self.cables[:, 4]))
+        """A bound of the fastest vibration, or of the rate at which dampers end it where that is faster, rad/s.
 
-    def _bound(self, each: Array) -> float:
-        """The most that springs or dampers (m,) of cables push a platform, per mass and per inertia, along any of its motions."""
-        reach = (self.body[:-2] ** 2).sum(axis=1)
-        return float(each.sum() / self.mass + (each * reach).sum() / self.inertia.min())
+        A spring k on a lever b moves what it pulls at by at most k (1 / m + mu), mu the greatest eigenvalue of [b]_x^T I^-1 [b]_x; the
+        sum over cables bounds that of all.
+        """
+        levers = so3.skew(self.body[:-2])
+        turns = np.linalg.eigvalsh(np.swapaxes(levers, 1, 2) @ (levers / self.inertia[:, None]))[:, -1]
+        each = 1 / self.mass + turns
+        return float(max(np.sqrt(each @ (self.cables[:, 3] / np.asarray(rest, float))), each @ self.cables[:, 4]))
 
     def energy(self, motion: Motion) -> tuple[float, float, float]:
         """Energy of motion, of height and of stretch, J."""

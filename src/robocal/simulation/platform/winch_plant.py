@@ -131,7 +131,7 @@ class WinchPlant:
         numbers, cables = self.winches.array(len(self.first)), self.platform.cables
         arm = (numbers[:, 0] / numbers[:, 2]) ** 2
         spring, damper = arm * cables[:, 3] / rest, arm * cables[:, 4] + numbers[:, 6]
-        fastest = float((np.sqrt(spring / numbers[:, 3]) + damper / numbers[:, 3]).max())
+        fastest = float(np.maximum(np.sqrt(spring / numbers[:, 3]), damper / numbers[:, 3]).max())
         turn, word = seconds / max(steps, 1) * fastest, "the step is too long for such light motors"
         expected = f"below {STIFF * step / max(turn, STIFF):.2g} s"
         require(turn < STIFF, word, key="step", found=f"{step:.3g} s", expected=expected)
