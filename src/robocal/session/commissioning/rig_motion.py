@@ -92,7 +92,7 @@ class RigMotion:
             return
         controller, state = self._running
         d = self.world.spec.model.drives
-        zeros = robot.zeros - self.first * d.drum_radius / d.gear
+        zeros = robot.zeros - robot.gain * self.first * d.drum_radius / d.gear
         new = controller.change(Prepared(robot, method="mid"), zeros)
         seconds = float(np.abs(new.cables - state.now).max()) / MotionLimits().shift * new.period
         run = follow(new, state, self.plant, self.driven, self.home, seconds + SETTLE, wiring=self.wiring, every=EVERY)
