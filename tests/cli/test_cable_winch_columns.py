@@ -159,3 +159,19 @@ def test_numbers_of_winches_have_their_units():
         "1",
     ]
     assert display_unit("N m").name in ("Nm", "N m") and display_unit("m").name == "mm" and display_unit("").name == "1"
+
+
+def test_winches_that_all_moved_one_way_have_a_torque_constant(tmp_path, run):
+    """Friction is then a constant of each, and little of the weight is left to k: rows in newtons made it half, and refused right currents."""
+    _, nominal, table, numbers = run
+    kt, coulomb = numbers["winches.kt"], np.array([numbers[f"winches.c{i + 1}.coulomb"] for i in range(8)])
+    head, rows, part = currents_of(table)
+    speeds = slice(part.stop, part.stop + 8)
+    for row in rows:
+        current, speed = (np.array(row[p], float) for p in (part, speeds))
+        row[part] = [f"{v:.6f}" for v in current + coulomb * (np.sign(speed) - 1) / kt]
+        row[speeds] = [f"{abs(v):.6f}" for v in speed]
+    data = rig.write(
+        tmp_path, nominal, "\n".join([head, *(",".join(r) for r in rows)]) + "\n", "prior: 0.056", "tension: currents\n"
+    )
+    assert read_inputs(tmp_path / "robot.yaml", data).data.observations

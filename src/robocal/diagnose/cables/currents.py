@@ -116,11 +116,36 @@ class WrenchBalance:
         found = self.obs.options.get("free")
         return tuple(map(str, found)) if isinstance(found, tuple) else ()
 
-    def tried(
-        self, current: Array, kept: Array | None = None, without: int | None = None
-    ) -> tuple[float, float, float]:
-        """The force that is left (rms N), the tensions (rms N) and k, of the best numbers for such currents; of `kept` (k,) rows alone,
+    def tried(self, current: Array, kept: Array | None = None, without: int | None = None) -> tuple[float, float]:
+        """The force that is left (rms N) and the tensions (rms N), of the best numbers for such currents; of `kept` (k,) rows alone,
         or of whatever tension the cable `without` has."""
+        every, fixed = self._columns(current)
+        w, load, body = self.structure, self.wrench + np.einsum("kdm,km->kd", self.structure, fixed), self.body
+        if kept is not None:
+            every, w, load, body, fixed = every[kept], w[kept], load[kept], body[kept], fixed[kept]
+        a, y = np.concatenate([w @ every, body], axis=2), -load
+        if without is not None:
+            u = w[:, :, without] / np.linalg.norm(w[:, :, without], axis=1, keepdims=True)
+            a = a - u[:, :, None] * np.einsum("kd,kdn->kn", u, a)[:, None]
+            y = y - u * np.einsum("kd,kd->k", u, y)[:, None]
+        x = np.linalg.lstsq(a.reshape(-1, a.shape[2]), y.ravel(), rcond=1e-12)[0]
+        left = (a @ x - y)[:, : 3 if y.shape[1] == 6 else min(2, y.shape[1])]
+        pull = fixed + every @ x[: every.shape[2]]
+        return _rms(left), _rms(pull)
+
+    @property
+    def constant(self) -> float:
+        """k from the wrenches of an ampere as what is predicted, W i = -(w + W F c) / k: noise of currents, and poses that are a little
+        off, are in what is predicted, and make k no smaller. NaN where nothing tells it."""
+        every, fixed = self._columns(self.current)
+        load = self.wrench + np.einsum("kdm,km->kd", self.structure, fixed)
+        w = self.structure @ every
+        a = np.concatenate([-load[:, :, None], w[:, :, 1:], self.body], axis=2)
+        x = np.linalg.lstsq(a.reshape(-1, a.shape[2]), w[:, :, 0].ravel(), rcond=1e-12)[0]
+        return float(1 / x[0]) if x[0] else float("nan")
+
+    def _columns(self, current: Array) -> tuple[Array, Array]:
+        """Tensions by the free numbers, k first, (k, m, n), and those of known friction (k, m)."""
         columns = friction_columns(self.obs, current, self.speed)
         values = self.obs.options["values"]
         known = (
@@ -135,19 +160,7 @@ class WrenchBalance:
                 parts.append(column[:, :, None] * np.eye(m))
             else:
                 fixed = fixed + known[symbol] * column
-        every = np.concatenate(parts, axis=2)  # (k, m, n): tensions by numbers
-        w, load, body = self.structure, self.wrench + np.einsum("kdm,km->kd", self.structure, fixed), self.body
-        if kept is not None:
-            every, w, load, body, fixed = every[kept], w[kept], load[kept], body[kept], fixed[kept]
-        a, y = np.concatenate([w @ every, body], axis=2), -load
-        if without is not None:
-            u = w[:, :, without] / np.linalg.norm(w[:, :, without], axis=1, keepdims=True)
-            a = a - u[:, :, None] * np.einsum("kd,kdn->kn", u, a)[:, None]
-            y = y - u * np.einsum("kd,kd->k", u, y)[:, None]
-        x = np.linalg.lstsq(a.reshape(-1, a.shape[2]), y.ravel(), rcond=1e-12)[0]
-        left = (a @ x - y)[:, : 3 if y.shape[1] == 6 else min(2, y.shape[1])]
-        pull = fixed + every @ x[: every.shape[2]]
-        return _rms(left), _rms(pull), float(x[0])
+        return np.concatenate(parts, axis=2), fixed
 
 
 def _rms(rows: Array) -> float:
@@ -180,12 +193,12 @@ def _judge(robot: CableRobot, obs: Observations, found: WrenchBalance) -> Findin
     if len(found.at) < limits.TENSION_POSES or not weight > 0 or not np.isfinite(found.structure).all():
         return None
     i = found.current
-    left, pull, k = found.tried(i)
+    left, pull = found.tried(i)
     if left > limits.TENSION_DIRECTIONS * pull:
         return _cause(robot, obs, found, left) or refuse(
             UNBALANCED, source=obs.source, left=Quantity(left, "N"), weight=Quantity(weight, "N")
         )
-    return _gain(obs, found, k)
+    return _gain(obs, found, found.constant)
 
 
 def _cause(robot: CableRobot, obs: Observations, found: WrenchBalance, left: float) -> Finding | None:
@@ -233,7 +246,7 @@ def _gain(obs: Observations, found: WrenchBalance, k: float) -> Finding | None:
     stated = float(values[KT])
     prior = float(priors.get(KT, np.inf)) if isinstance(priors, dict) and KT in found.free else np.inf
     prior = prior if KT in found.free else 0.0
-    if "mass" in found.free or k <= 0 or abs(k - stated) <= limits.PRIOR_SIGMA * prior:
+    if "mass" in found.free or not k > 0 or abs(k - stated) <= limits.PRIOR_SIGMA * prior:
         return None
     times = k / stated
     if 1 / limits.WINCH_GAIN < times < limits.WINCH_GAIN:
