@@ -191,6 +191,7 @@ WINCH_GAIN = limit(1.4, "times what an ampere pulls",
     "Halfway to the least mistake, a diameter for a radius; anchors a centimetre off make a tenth.",
     "tests/cli/test_cable_winch_columns.py")
 SAGS_SCATTER = limit(0.3, "of the sags", "A sag is the weight by the tension: what is off by a third is of another tension or span.")
+SOUND_MOST = limit(18000.0, "m/s", "Sound in diamond; in steel and aramid it runs at a third of it, in polyethylene at two thirds.")
 STRETCH_MOST = limit(0.3, "of the length", "Steel breaks at 2 %, polyethylene at 4 %, aramid below 5 %, nylon at 20 to 30 %.")
 LOADS_UNLIKE = limit(31.6, "times what is stated",
     "Halfway to a slip of a unit, a thousand; the catalogue of annex A, at large loads, is 17 times stiffer.",
