@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -218,3 +219,22 @@ def test_a_target_in_m_is_no_unit_of_poses_that_are_in_mm(tmp_path):
     told, status = hand_eye(*words)
     assert status == 3 and "poses-read-otherwise" not in codes(told)
     assert {"target-unit", "target-size-contradicted"} & codes(told), codes(told)
+
+
+def test_half_of_the_poses_in_another_unit(tmp_path):
+    """Nothing can be fitted to places of which half are a thousand times as far: not located, and no fault of ours."""
+    made = world(11, count=12)
+    told = np.array(made.told)
+    told[6:, :3, 3] *= 1000
+    said, status = hand_eye(*cell(tmp_path, made, told))
+    assert status == 3 and said["verdict"]["status"] in ("refused", "not_improved")
+
+
+def test_a_list_of_poses_with_decimal_commas(tmp_path):
+    """No data file can announce them here: the mend is in the list."""
+    made = world(11, count=6)
+    words = cell(tmp_path, made, made.told)
+    place = Path(words[1])
+    place.write_text(place.read_text().replace(",", ";").replace(".", ","))
+    ran = robocal("vision", "hand-eye", *words)
+    assert ran.status == 2 and "expected a decimal point" in ran.err and "data file" not in ran.err

@@ -162,7 +162,10 @@ def test_headers_that_do_not_say_enough(tmp_path):
         "wrong number of joint columns; found 'q4 as well'; expected 3",
     )
     fails("q1 [deg],q2 [deg],q3 [mm]\n0,0,0", "no columns for the position")
-    fails("0,0,0,1,1,1", r"row 1: there is no header in the first row; expected csv: \{header: false\}")
+    fails(
+        "0,0,0,1,1,1",
+        r"row 1: there is no header in the first row; expected the names of the columns, as x \[mm\]; or in a data file csv: \{header: false\}",
+    )
     fails("q1 [deg],q2 [deg],q3 [mm],x [mm],y [mm],z [mm]\n", "header but no rows")
     fails("# nothing\n\n", "no rows")
     fails("", "empty")

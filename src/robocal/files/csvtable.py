@@ -254,8 +254,8 @@ class CsvTable:
         if not math.isnan(value):
             return None if abs(value) < LARGEST else ("so large a number is no measurement", f"below {LARGEST:g}")
         if decimal == "." and COMMA.fullmatch(cell):
-            hint = "a decimal point; a data file can announce the comma, csv: "
-            hint += f"{{separator: {self.separator!r}, decimal: ','}}, or thousands: ','"
+            hint = "a decimal point" if self.alone else "a decimal point; a data file can announce the comma, csv: "
+            hint += "" if self.alone else f"{{separator: {self.separator!r}, decimal: ','}}, or thousands: ','"
             return "a decimal comma that the file does not announce", hint
         return "not a number", "a number"
 
@@ -295,7 +295,8 @@ def read_csv(
         while first and not first[-1]:
             first.pop()
         if not any(re.search(r"[^\d\s.,;eE+-]", cell) for cell in first):
-            message, expected = "there is no header in the first row", "csv: {header: false}"
+            message = "there is no header in the first row"
+            expected = "the names of the columns, as x [mm]; or in a data file csv: {header: false}"
             raise FormatError(message, file=source.path, row=kept[0][0], expected=expected)
         parts = [split_unit(cell) for cell in first]
         names, units = tuple(p[0] for p in parts), tuple(p[1] for p in parts)

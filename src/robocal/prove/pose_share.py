@@ -69,10 +69,10 @@ class _PoseRows:
 
     def share(self, count: int, scales: Array) -> PoseShare:
         m, n = len(self.design), self.rest.shape[1]
-        u, size, vt = np.linalg.svd(np.vstack([self.design.reshape(-1, n), self.rest]), full_matrices=False)
-        kept = size > RANK * size[0]
+        u, size, vt = np.linalg.svd(np.vstack([self.design.reshape(6 * m, n), self.rest]), full_matrices=False)
+        kept = size > RANK * size.max(initial=0.0)  # none where nothing was fitted
         u = u[:, kept]
-        basis, end = u[: 6 * m].reshape(m, 6, -1), u[6 * m :]
+        basis, end = u[: 6 * m].reshape(m, 6, u.shape[1]), u[6 * m :]
         count = max(count - int(kept.sum()), 1)
 
         def likelihood(a: Array, b: Array) -> tuple[Array, Array]:
