@@ -6,11 +6,16 @@ is calibrated with k1 wrong by 0.015. --case says how anchors are known and corn
 tape       by a tape measure, 30 mm a coordinate (52 mm in space); corners are projected
 beacons    by ranges between beacons, 0.1 m each
 images     by tape; corners are found in drawn images
-Beside it, from the same records, stands the way in two stages, as the thesis writes it: a map and camera poses first, then the robot
-(`thesis_rig.two_stages`), and what the noise of lengths alone leaves, of a robot that is known exactly.
+Relative to the first pose is T1^-1 Ti, the pose in the frame of the first one, as table 3.3 of the thesis has it. The same is told of
+    calibration alone   the identified robot, with lengths and tensions of the verification that have no noise
+    a known robot       the true robot, with the same noise; `commissioning_bound.py` has this of thousands of rigs
+    camera              one image in the identified map
+    two stages          as the thesis writes it, from the same records: a map and camera poses first, then the robot
+                        (`thesis_rig.two_stages`), with hand-eye as stated (`staged`) or found there (`staged free`)
 
-A seed is one JSON file in FOLDER/rows; what stands there is not computed again. `--pool FOLDER` computes nothing and prints of every case
-what was asked and measured. A seed takes some 60 s of CPU, from images 5 minutes.
+A seed is one JSON file in FOLDER/rows; what stands there is not computed again, so a campaign may end at any time, and go on. `--shard i/n`
+does every n-th seed. A seed that fails is told and tried again the next time. `--pool FOLDER` computes nothing and prints of every case
+what was asked and measured; `--table FILE` writes the rows beside it as CSV.
 """
 
 from __future__ import annotations
@@ -28,7 +33,7 @@ import numpy as np
 from ruamel.yaml import YAML
 
 import robocal as rc
-from robocal.apply.verification import errors, relative
+from robocal.apply.verification import PoseErrors, errors, relative
 from robocal.cables.cable_lengths import inverse
 from robocal.cables.forward import forward
 from robocal.files.cable.rig_spec import read_cable_rig
@@ -46,8 +51,20 @@ ASKED = (
     ("relative to the first pose, T1^-1 Ti [deg]", "first deg", "median", 0.0, 0.75),
     ("moves from the first pose, pi - p1 [mm]", "move mm", "median", 0.0, 5.0),
     ("moves from the first pose, Ri R1^T [deg]", "move deg", "median", 0.0, 0.75),
+    ("calibration alone, T1^-1 Ti [mm]", "alone first mm", "median", 0.0, 5.0),
+    ("calibration alone, T1^-1 Ti [deg]", "alone first deg", "median", 0.0, 0.75),
     ("least tension of the plant [N]", "least N", "min", None, None),
     ("greatest tension of the plant [N]", "greatest N", "max", None, None),
+)
+
+
+FLOORS = (
+    ("a known robot, T1^-1 Ti [mm]", "floor first mm"),
+    ("a known robot, T1^-1 Ti [deg]", "floor first deg"),
+    ("a known robot, in its own frame [mm]", "floor mm"),
+    ("camera, T1^-1 Ti [mm]", "camera first mm"),
+    ("camera, T1^-1 Ti [deg]", "camera first deg"),
+    ("CPU of a seed [s]", "cpu s"),
 )
 
 
@@ -61,7 +78,7 @@ def one(given, case: str, seed: int) -> dict:
     with rig.open("w", encoding="utf-8") as file:
         YAML(typ="safe").dump(said, file)
     began = time.process_time()
-    made = rc.cable.rig(rig, output=folder, seed=seed, force=True, poses=given.poses, **CASES[case]).result
+    made = rc.cable.rig(rig, output=folder, seed=seed, force=True, lists=1, poses=given.poses, **CASES[case]).result
     row: dict = {
         "case": case,
         "seed": seed,
@@ -79,17 +96,41 @@ def one(given, case: str, seed: int) -> dict:
         "limits N": list(spec.model.tensions.allowed_N), "motions": made.motions,
         "start mm": 1e3 * float(np.linalg.norm(made.world.belief.anchors - made.world.true.a, axis=1).mean()),
     }  # fmt: skip
+    row |= without_noise(made, done)
+    good = np.isfinite(done.verified.camera).all(axis=(1, 2))
+    if good[0] and good.sum() > 1:
+        row |= two("camera first", relative(done.verified.camera[good], done.verified.recording.true[good]))
     # the floor: the same noise, of a robot that is known exactly
     true, rng = done.verified.recording.true, np.random.default_rng([seed, 39])
     read = inverse(made.world.true, true)[0] + rng.normal(scale=spec.model.cable.length_noise, size=(len(true), 8))
     known = forward(made.world.true, read, true).pose
-    row |= {"floor first mm": 1e3 * float(relative(known, true).position.mean()),
-            "floor mm": 1e3 * float(errors(known, true).position.mean())}  # fmt: skip
+    row |= two("floor first", relative(known, true)) | two("floor", errors(known, true))
     if not given.no_two_stages and case != "beacons":
         row |= two_stages(made, done, said, folder / "two")
     if case == "images":
         shutil.rmtree(folder / "A" / "images", ignore_errors=True)
     return row
+
+
+def two(what: str, found: PoseErrors) -> dict:
+    """Means of errors, mm and deg."""
+    return {
+        f"{what} mm": 1e3 * float(found.position.mean()),
+        f"{what} deg": float(np.degrees(found.orientation.mean())),
+    }
+
+
+def without_noise(made, done) -> dict:
+    """What calibration alone is off by: poses by lengths and tensions of the plant, without noise.
+
+    Where encoders begin to count is not recorded: it is the mean of all recorded lengths beside the true ones, to 0.2 mm.
+    """
+    true, robot = made.world.true, done.calibration.robot
+    parts = (done.calibration.recording, done.verified.recording)
+    exact = [inverse(true, r.true, r.tension)[0] for r in parts]
+    begin = np.concatenate([e - r.readings for e, r in zip(exact, parts, strict=True)]).mean(axis=0)
+    poses = forward(robot, exact[1] - begin, parts[1].asked, tension=parts[1].tension).pose
+    return two("alone first", relative(poses, parts[1].true)) | two("alone", errors(poses, parts[1].true))
 
 
 def two_stages(made, done, said: dict, folder: Path) -> dict:
@@ -120,13 +161,13 @@ def two_stages(made, done, said: dict, folder: Path) -> dict:
     )  # fmt: skip
     camera = {"resolution": said["camera"]["resolution"], "corner_noise_px": said["camera"]["corner_noise_px"]}
     try:
-        found = thesis_rig.two_stages(said, rig, folder, camera)
+        found = thesis_rig.two_stages(said, rig, folder, camera, mildly=False)
     except Exception as failure:
         return {"two stages failed": f"{type(failure).__name__}: {failure}"[:200]}
     return {
         f"two stages {word} {key}": found[word][key]
         for word in ("staged", "staged free")
-        for key in ("first mm", "marker 0 mm")
+        for key in ("first mean mm", "marker 0 mm")
     }
 
 
@@ -138,9 +179,19 @@ def write(path: Path, head: list, rows: list) -> None:
         out.writerows(rows)
 
 
-def pool(folder: Path) -> None:
+def table(place: Path, rows: list[dict]) -> None:
+    """The rows as CSV, a line for each seed of each case."""
+    keys = list(dict.fromkeys(k for r in rows for k, v in r.items() if k != "said" and not isinstance(v, list)))
+    shown = ([f"{r[k]:.4g}" if isinstance(r.get(k), float) else r.get(k, "") for k in keys] for r in rows)
+    write(place, keys, list(shown))
+
+
+def pool(folder: Path, place: Path | None = None) -> None:
     """Tells, of every case in a folder of results, what was asked and measured."""
-    rows = [json.loads(p.read_text(encoding="utf-8")) for p in sorted(folder.rglob("rows/*.json"))]
+    rows = [json.loads(p.read_text(encoding="utf-8")) for p in folder.rglob("rows/*.json")]
+    rows.sort(key=lambda r: (r["case"], r["seed"]))
+    if place is not None:
+        table(place, rows)
     for case in dict.fromkeys(r["case"] for r in rows):
         every = [r for r in rows if r["case"] == case]
         some = [r for r in every if "failed" not in r]
@@ -164,13 +215,23 @@ def pool(folder: Path) -> None:
             else:
                 good, asked = least <= got <= most, f"{least:g} to {most:g}" if least else f"<= {most:g}"
             print(f"  {what:44} asked {asked:14} measured {got:7.3f}  {'met' if good else 'NOT MET'}")
-        for key in ("two stages staged first mm", "two stages staged free first mm"):
+        for key in ("two stages staged first mean mm", "two stages staged free first mean mm"):
             values = [r[key] for r in some if key in r]
             if values:
                 good = "met" if np.median(values) >= 25 else "NOT MET"
                 print(f"  {key:44} asked {'>= 25':14} measured {np.median(values):7.3f}  {good}")
-        for key in ("floor first mm", "floor mm"):
-            print(f"  {key + ', noise of lengths alone':44} {'':20} measured {np.median([r[key] for r in some]):7.3f}")
+        for what, key in FLOORS:
+            values = [r[key] for r in some if key in r]
+            if values:
+                print(f"  {what:44} {'':20} measured {np.median(values):7.3f}")
+
+
+def shard_of(word: str) -> tuple[int, int]:
+    """`0/4`."""
+    part, parts = (int(v) for v in word.split("/"))
+    if not 0 <= part < parts:
+        raise ValueError(word)
+    return part, parts
 
 
 def main() -> None:
@@ -183,23 +244,35 @@ def main() -> None:
         "--seeds", type=thesis_rig.seeds_of, default=thesis_rig.seeds_of("0-19"), help="0-19, or 0,3,5-8"
     )
     words.add_argument("--poses", type=int, help="calibration poses, in place of those of the file")
+    words.add_argument(
+        "--shard", type=shard_of, default=(0, 1), metavar="i/n", help="of n equal parts of the seeds the i-th, from 0"
+    )
+    words.add_argument("--table", type=Path, help="write the rows of all seeds as CSV")
     words.add_argument("--no-two-stages", action="store_true", help="leave out the way of the thesis")
     words.add_argument("--pool", type=Path, help="compute nothing: tell what was asked and measured")
     given = words.parse_args()
     if given.pool:
-        pool(given.pool)
+        pool(given.pool, given.table)
         return
     if given.folder is None:
         words.error("RIG.yaml and FOLDER are needed, or --pool")
     records = given.folder / "rows"
     records.mkdir(parents=True, exist_ok=True)
-    for seed in given.seeds:
+    part, parts = given.shard
+    for seed in given.seeds[part::parts]:
         place = records / f"{given.case}-{seed}.json"
-        if not place.is_file():
+        if place.is_file():
+            continue
+        try:
             row = one(given, given.case, seed)
-            place.write_text(json.dumps(row) + "\n", encoding="utf-8")
-            print(json.dumps(row), flush=True)
-    pool(given.folder)
+        except Exception as failure:
+            print(f"{given.case} {seed} FAILED, and is tried again: {type(failure).__name__}: {failure}", flush=True)
+            continue
+        whole = place.with_suffix(".part")
+        whole.write_text(json.dumps(row) + "\n", encoding="utf-8")
+        whole.replace(place)
+        print(json.dumps(row), flush=True)
+    pool(given.folder, given.table)
 
 
 if __name__ == "__main__":

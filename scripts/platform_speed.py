@@ -34,8 +34,8 @@ def robot() -> CableRobot:
     return cable_robot("eight", a, b, elasticity=1 / 40000, mass=5.0, limits=np.tile([20.0, 400.0], (8, 1)))
 
 
-def main() -> None:
-    """Times both and prints the table."""
+def measured() -> dict[str, float]:
+    """Times of real time, by what moves."""
     machine = robot()
     tension = hold(machine, machine.home[None]).tension[0]
     rest = inverse(machine, machine.home[None], tension)[0][0]
@@ -72,7 +72,12 @@ def main() -> None:
             begin = time.process_time()
             job()
             taken[name].append(time.process_time() - begin)
-    times = {name: SECONDS / statistics.median(t) for name, t in taken.items()}
+    return {name: SECONDS / statistics.median(t) for name, t in taken.items()}
+
+
+def main() -> None:
+    """Times both and prints the table."""
+    times = measured()
     print(f"MuJoCo {mujoco.__version__}; steps of 1 ms, times of real time (CPU, medians of {ROUNDS} rounds)")
     for name, value in times.items():
         print(f"  {name:22s} {value:8.0f}")

@@ -298,21 +298,23 @@ def judge(rig, markers, anchors, poses, sigma, true):
                    for some in ([markers[m] for m in numbers_], [rig.markers[m] for m in numbers_]))  # fmt: skip
     move = fits.rigid(found, real)
     aligned = off(move @ poses, true)
-    first = off(se3.inverse(poses[0]) @ poses, se3.inverse(true[0]) @ true)
+    beside = se3.inverse(poses[0]) @ poses, se3.inverse(true[0]) @ true
+    first, way = off(*beside), np.linalg.norm(beside[0][1:, :3, 3] - beside[1][1:, :3, 3], axis=1)
     moved = found @ move[:3, :3].T + move[:3, 3]
     a = anchors - rig.anchors
     at = off(poses, true)
     return {
         "aligned mm": aligned[0], "aligned deg": aligned[1], "marker 0 mm": at[0], "first mm": first[0],
+        "first mean mm": 1e3 * float(way.mean()),  # without the first pose itself, as tables of the thesis have it
         "a mm": 1e3 * float(np.sqrt((a**2).mean())), "map Z mm": 1e3 * float(np.abs(moved - real)[:, 2].max()),
         "predicted": 1e3 * float(np.sqrt(np.mean(np.square(sigma)))),
     }  # fmt: skip
 
 
-def two_stages(said, rig, folder, camera):
+def two_stages(said, rig, folder, camera, mildly=True):
     """The figures of the way in two stages, with the lens as calibrated: a map and camera poses from images alone, then the robot. As the
     thesis writes it camera poses are held in the second stage, and hand-eye is as stated (`staged`) or found there (`staged free`); more
-    mildly the map alone is held, and poses may follow lengths (`held`)."""
+    mildly, unless that is left out, the map alone is held, and poses may follow lengths (`held`)."""
     resolution = camera["resolution"]
     write_lens(rig, folder, resolution)
     with (folder / "pixels.csv").open(encoding="utf-8") as file:
@@ -327,6 +329,9 @@ def two_stages(said, rig, folder, camera):
         m["id"]: rig.markers[0] @ se3.from_vector(np.append(np.array(m["xyz"]) / 1e3, np.radians(m["rotation_vector"])))
         for m in map_["markers"]
     }
+    stated, free = (as_written(said, rig, folder, place, free) for free in (False, True))
+    if not mildly:
+        return {"staged": stated, "staged free": free}
     held = (f"  m{m}: {{mount: base, free: false, {told_pose(t)}}}" for m, t in place.items())
     (folder / "held.yaml").write_text(
         f"robocal: 1\nkind: pixels\nfile: pixels.csv\nunits: {{length: m, angle: deg}}\n"
@@ -338,7 +343,6 @@ def two_stages(said, rig, folder, camera):
     )
     data = [folder / "lengths.yaml", folder / "held.yaml"]
     rc.identify(folder / "robot.yaml", data, output=folder / "staged", force=True, leave_one_out=False)
-    stated, free = (as_written(said, rig, folder, place, free) for free in (False, True))
     return {"staged": stated, "staged free": free, "held": verify(folder, rig, said, place, "staged")}
 
 

@@ -79,10 +79,9 @@ class FirstOrder:
         whole[: 6 * self.count, : 6 * self.count] = rigid_projector(self.there)
         self.map_gain = whole @ inverse[self.shared]
         self.covariance = whole @ inverse[self.shared, self.shared] @ whole.T
-        # New images take map and lens for independent of each other.
-        apart = self.covariance.copy()
-        apart[self.numbers, : 6 * self.count] = apart[: 6 * self.count, self.numbers] = 0.0
-        self.weight = np.linalg.inv(apart + 1e-12 * np.eye(len(apart)) * (np.arange(len(apart)) < 6 * self.count))
+        # The place of the whole map is known well enough, and what markers and lens have in common counts.
+        whole = 1e-12 * np.eye(len(self.covariance)) * (np.arange(len(self.covariance)) < 6 * self.count)
+        self.weight = np.linalg.inv(self.covariance + whole)
         information = own.copy()
         information[self.shared, self.shared] += self.weight
         cameras = slice(self.shared.stop, None)

@@ -55,6 +55,17 @@ class Plan:
     def draw(self, seed, sign=1.0):
         """A rig: errors of its map (M, 6) and of its cameras (V, 6), and both of theory where the plan has one. With `sign` -1 its mirror: noise
         and what the lens is off by reversed."""
+        first, second, table, off_by = self.tables(seed, sign)
+        found = fit_map(first, self.lens, "none")
+        off, moved = error_of(found.map, self.there)
+        held = locate_views(second, moved, found.lens)
+        v, w = se3.displacement(held.poses, self.views[[int(i) - 1 for i in held.ids]])
+        noise = [t.pixels.value - table.pixels.value for t in (first, second)]
+        theory = self.theory.errors(-off_by, *noise) if self.theory else None
+        return off, np.concatenate([v, w], axis=1), None if theory is None else tuple(-t for t in theory)
+
+    def tables(self, seed, sign=1.0):
+        """Corners of images of the map and of new ones, the same without noise, and what the lens is off by."""
         rng = np.random.default_rng(seed)
         off_by = np.zeros(len(self.lens.intrinsics))
         known = [list(self.lens.kind.symbols).index(s) for s in self.lens.known]
@@ -64,13 +75,7 @@ class Plan:
         many = np.bincount(sights.marker, minlength=len(self.there.names))
         table = corner_table(self.there, self.views, sights, many, self.noise, self.size)
         first, second = (self.noisy(table, sign, rng) for _ in range(2))
-        found = fit_map(first, self.lens, "none")
-        off, moved = error_of(found.map, self.there)
-        held = locate_views(second, moved, found.lens)
-        v, w = se3.displacement(held.poses, self.views[[int(i) - 1 for i in held.ids]])
-        noise = [t.pixels.value - table.pixels.value for t in (first, second)]
-        theory = self.theory.errors(-off_by[known], *noise) if self.theory else None
-        return off, np.concatenate([v, w], axis=1), None if theory is None else tuple(-t for t in theory)
+        return first, second, table, off_by[known]
 
     def seen_through(self, sights, numbers):
         """The same corners through another lens."""

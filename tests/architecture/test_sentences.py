@@ -56,6 +56,7 @@ FACTS = {
         Code.DRIVE_HELD_BACK,
         Code.DRIVE_LONE_ROWS,
         Code.DRIVE_NO_POSITION_TABLE,
+        Code.DRIVE_PART_COMPARED,
     ),
     *(Code.GAIN_ANYWAY, Code.RESTARTED, Code.BOOTSTRAP_SPREAD, Code.ELSEWHERE, Code.NO_EFFECT, Code.CANNOT_BE_TOLD),
     *(

@@ -156,6 +156,16 @@ def test_tensions_of_other_cables_are_named(tmp_path, heads, said):
 
 
 # obeys: cable-hangs-slack
+# obeys: cable-too-light
+@pytest.mark.parametrize(("old", "new"), [("value: 0.000122", "value: 1.22e-7"), ("value: 2.5e-5", "value: 2.5e-8")])
+def test_cables_of_no_material_are_told(tmp_path, old, new):
+    text = Path(ROBOT).read_text()
+    for status, written in ((3, text.replace(old, new)), (0, text)):
+        (tmp_path / "robot.yaml").write_text(written)
+        ran = robocal("cable", "straightness", tmp_path / "robot.yaml", "--json")
+        assert ran.status == status and ("cable-too-light" in ran.out) == (status == 3)
+
+
 # obeys: tensions-beyond
 @pytest.mark.parametrize(
     ("value", "unit", "said"),
@@ -190,8 +200,9 @@ def test_files_are_named_as_they_were_given(tmp_path, monkeypatch):
         (("--tension", "0.03"), ("--tension", "30"), "tensions-beyond", 3),  # kN
         (("--tension", "30000"), ("--tension", "30"), "tensions-beyond", 3),  # mN
         (("--tension", "30000"), ("--tension", "30"), "stretch-beyond", 3),
-        (("--span", "4.925"), ("--span", "4925"), "span-unlike", 0),  # m
-        (("--span", "4925000"), ("--span", "4925"), "span-unlike", 0),
+        (("--at", "100000"), ("--at", "100"), "tensions-beyond", 3),
+        (("--span", "4.925"), ("--span", "4925"), "span-unlike", 3),  # m
+        (("--span", "4925000"), ("--span", "4925"), "span-unlike", 3),
     ],
 )
 def test_options_in_another_unit_are_named(wrong, right, code, status):

@@ -127,6 +127,7 @@ def test_wrong_loads_are_refused_by_name(put, what, tmp_path):
         (("--tension", "0"), "a slack cable is not straight"),
         (("--span", "0"), "out of range"),
         (("--poses", "none.csv"), "none.csv"),
+        (("--span", "4925", "--at", "0.001"), "no cable hangs by more than its span"),
     ],
 )
 def test_wrong_options_are_refused_by_name(words, said):
@@ -148,6 +149,14 @@ def test_cables_of_which_nobody_knows_the_weight(put):
         ).status
         == 0
     )
+
+
+def test_a_cable_without_weight_is_refused(put):
+    text = Path(ROBOT).read_text(encoding="utf-8")
+    assert "density: {value: 0.000122" in text
+    weightless = put("weightless.yaml", text.replace("density: {value: 0.000122", "density: {value: 0"))
+    ran = robocal("cable", "straightness", weightless)
+    assert ran.status == 2 and "every cable weighs something" in " ".join(ran.err.split()), ran.err
 
 
 # obeys: load-not-above

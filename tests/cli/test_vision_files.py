@@ -115,7 +115,7 @@ def test_where_corners_are_written(tmp_path, views, monkeypatch):
 
 @pytest.mark.parametrize("verb", ["detect", "sheet"])
 @pytest.mark.parametrize(("words", "said"), [
-    (("--size", "100mm"), ("--size", "not a number in mm")), (("--size", "nan"), ("--size", "finite")), (("--square", "-3"), ("--square",)),
+    (("--size", "100lb"), ("--size", "a length is needed")), (("--size", "nan"), ("--size", "finite")), (("--square", "-3"), ("--square",)),
     (("--size", "1e400"), ("--size",)), (("--seize", "3"), ("--size",)),
 ])  # fmt: skip
 def test_numbers_and_words(tmp_path, views, verb, words, said):

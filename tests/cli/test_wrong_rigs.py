@@ -139,3 +139,46 @@ def test_the_verb(tmp_path, capsys):
         == 0
     )
     assert main(["check", str(out / "A/robot.yaml"), str(out / "A/lengths.yaml"), str(out / "A/pixels.yaml")]) == 0
+
+
+POINT = [[0.0, 0.0, 0.0] for _ in range(8)]
+REFUSED = [
+    ({"poses": {"verification": 1}}, ["poses.verification", "2"]),
+    ({"tensions": {"preferred_N": 500.0}}, ["tensions.preferred_N", "between 25 and 125"]),
+    ({"tensions": {"limits_N": [125.0, 25.0]}}, ["tensions.limits_N", "the lower first"]),
+    ({"marker_seen_if": {"angle_from_axis_below": 200.0}}, ["marker_seen_if.angle_from_axis_below", "90"]),
+    ({"drives": {"coulomb_N_m": 1e3}}, ["drives.coulomb_N_m", "less than the cables pull"]),
+    ({"drives": {"drum_radius": 1e-9}}, ["drives.coulomb_N_m"]),
+    ({"platform_anchors": POINT}, ["platform_anchors", "one point or line"]),
+    ({"weight_N": float("nan")}, ["weight_N"]),
+    ({"drive": {"gear": 4}}, ["drive", "unknown key"]),
+    ({"camera": {"cx": "640 +- 8"}}, ["camera.cx", "640 + N(0, 8)"]),
+    ({"wrong": {"reversed": 9}}, ["wrong.reversed", "1 to 8"]),
+    ({"poses": {"x": [1.5, -1.5]}}, ["poses.x", "the lower number first"]),
+]
+
+
+@pytest.mark.parametrize(("parts", "words"), REFUSED)
+def test_a_file_that_is_wrong_is_refused_by_its_own_name(tmp_path, capsys, parts, words):
+    """Nothing has moved, and nothing is written."""
+    place = rig_file(tmp_path, **parts)
+    assert main(["cable", "rig", str(place), "-o", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    assert all(word in said for word in (str(place), *words)), said
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_camera_that_looks_away_is_named_with_the_file(tmp_path, capsys):
+    small = {"calibration": 4, "verification": 2}
+    place = rig_file(tmp_path, poses=small, camera_in_platform_nominal={"rotation": "diag(1, 1, 1)"}, lists=1)
+    assert main(["cable", "rig", str(place), "-o", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    assert all(word in said for word in (str(place), "markers", "shows no marker", "looks at them")), said
+
+
+def test_more_markers_than_the_family_has(tmp_path, capsys):
+    pytest.importorskip("cv2")
+    place = rig_file(tmp_path, markers={"grid": [30, 20]})
+    assert main(["cable", "rig", str(place), "-o", str(tmp_path / "out"), "--images"]) == 2
+    said = capsys.readouterr().err
+    assert all(word in said for word in (str(place), "markers.grid", "600 markers", "586")), said

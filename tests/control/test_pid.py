@@ -65,3 +65,16 @@ def test_the_integral_does_not_wind_up(sign):
 def test_what_is_no_gain_is_refused(bad):
     with pytest.raises(ModelError):
         ControlLaw(**bad)
+
+
+def test_laws_by_name():
+    assert ControlLaw.of("p", kp=0.05, limit=0.2) == ControlLaw(0.05, limit=0.2)
+    assert ControlLaw.of("pid", kp=1.0, ki=2.0, kd=3.0, period=2e-3) == ControlLaw(1.0, 2.0, 3.0, period=2e-3)
+    for name, numbers, key in (
+        ("pi", {"kp": 1.0}, "controller"),
+        ("p", {"kp": 1.0, "ki": 2.0}, "ki"),
+        ("pid", {"kp": 1.0}, "kd"),
+    ):
+        with pytest.raises(ModelError) as failure:
+            ControlLaw.of(name, **numbers)
+        assert failure.value.key == key

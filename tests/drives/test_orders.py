@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from robocal.drives import order_choice
 from robocal.drives._kernels import cogging_at
 from robocal.drives.cogging import Cogging, harmonics
 from robocal.drives.drive_sweep import escaped_rows, led_directions, sweep_of
 from robocal.drives.moments import moments_of
 from robocal.drives.order_choice import choose_orders
+from robocal.drives.order_exchange import normal_equations
 from robocal.drives.order_names import guess_motor, name_order, not_torque
 from robocal.drives.seed_table import seed_table
 
@@ -55,6 +57,62 @@ def test_the_orders_are_those_of_the_truth_and_no_others():
     found = choose_orders(moments_of(angle, y, d, (angle / (np.pi / 6)).astype(int) % 12, 60), 20, 1.8, 0.02)
     assert set(found.orders) == {6, 18}
     assert found.lag == pytest.approx(truth.lag, abs=3e-4)
+
+
+def test_what_an_order_takes_is_what_a_fit_of_all_rows_says():
+    rng = np.random.default_rng(6)
+    angle, d, _, y = made(rng, 300)
+    normal = normal_equations(moments_of(angle, y, d, np.zeros(len(d), int), 20), 0.01)
+
+    def left(orders):
+        dense = np.column_stack([np.ones_like(d), d, harmonics(angle - 0.01 * d, orders)])
+        return float(np.sum((y - dense @ np.linalg.lstsq(dense, y, rcond=None)[0]) ** 2))
+
+    assert normal.left((3, 7)) == pytest.approx(left((3, 7)), rel=1e-6)
+    gains = normal.gains((3, 7), np.array([6, 18]))
+    assert gains == pytest.approx([left((3, 7)) - left((3, 7, n)) for n in (6, 18)], rel=1e-4)
+
+
+def escaped(seed: int):
+    """Rows of a motor that escapes four times a turn: forward 42 of 90 deg are left, back 24, and 41 are lost in both."""
+    rng = np.random.default_rng(seed)
+    angle = np.concatenate([np.sort(rng.uniform(0, 2 * np.pi, 12000))] * 2)
+    d = np.repeat([1.0, -1.0], 12000)
+    at = np.mod(np.degrees(angle), 90)
+    kept = np.where(d > 0, at > 48, ((at > 14) & (at < 19)) | ((at > 46) & (at < 65)))
+    angle, d = angle[kept], d[kept]
+    a, phase = np.array([0.06, 0.03, 0.02, 0.012]), np.array([0.3, 1.1, -0.7, 2.0])
+    truth = Cogging((4, 8, 12, 24), tuple(a * np.cos(phase)), tuple(-a * np.sin(phase)), 0.0105)
+    return angle, d, truth, truth.at(angle, d) + 0.1 * d + 0.02 * rng.standard_normal(len(d))
+
+
+def curve_error(seed: int) -> float:
+    """How far the curve of the chosen orders is off, of the peak."""
+    angle, d, truth, y = escaped(seed)
+    moments = moments_of(angle, y, d, (angle / (np.pi / 6)).astype(int) % 12, 60)
+    found = choose_orders(moments, 20, 1.8, 0.0262)
+    x, n = moments.fit(found.orders, found.lag)[0], len(found.orders)
+    turn = np.linspace(0, 2 * np.pi, 1440, endpoint=False)
+    off = Cogging(found.orders, tuple(x[2 : 2 + n]), tuple(x[2 + n :]), 0.0).at(turn) - truth.at(turn)
+    return float(np.abs(off).max() / np.abs(truth.at(turn)).max())
+
+
+def test_orders_are_exchanged_where_arcs_lack(monkeypatch):
+    assert np.median([curve_error(seed) for seed in range(5)]) < 0.25
+    monkeypatch.setattr(order_choice, "MIXED", 2.0)
+    assert np.median([curve_error(seed) for seed in range(5)]) > 0.5  # chosen one after the other
+
+
+@pytest.mark.parametrize("orders", [(1, 2, 3, 4), (1, 2, 3, 6)])
+def test_low_orders_that_are_sure_only_together_are_found(orders):
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        a, phase = rng.permutation([0.06, 0.03, 0.02, 0.012]), rng.uniform(0, 2 * np.pi, 4)
+        truth = Cogging(orders, tuple(a * np.cos(phase)), tuple(a * np.sin(phase)), 0.01)
+        angle, d, _, _ = made(rng)
+        y = truth.at(angle, d) + 0.1 * d + 0.02 * rng.standard_normal(len(d))
+        moments = moments_of(angle, y - y.mean(), d, (angle / (np.pi / 6)).astype(int) % 12, 60)
+        assert set(choose_orders(moments, 20, 1.8, 0.02).orders) == set(orders)
 
 
 def test_noise_alone_has_no_order():

@@ -62,3 +62,5 @@ def test_from_drawn_images(place, capsys):
     columns = {c["name"]: c["values"][0] for c in told["lists"]["columns"]}
     assert columns["position_marker"] < 12 and columns["camera_position"] < 15 and 0.3 < columns["normalised"] < 2
     assert len(list((place / "rig" / "A" / "images").glob("*.png"))) == 12
+    page = (place / "rig" / "report.html").read_text(encoding="utf-8")
+    assert all(f"figure-3-{k}" in page for k in (22, 23, 24, 25)) and "Where the poses are" in page

@@ -141,6 +141,10 @@ def test_what_the_file_cannot_hold_is_said():
         ("c1]}", "c1], prior: {ax: 0}}", ["calibrate.prior.ax", "above 0"]),
         ("c1]}", "c1], prior: {aax: 30}}", ["calibrate.prior.aax", "did you mean 'ax'"]),
         ("c1]}", "c1], prior: {c3: 30}}", ["calibrate.prior.c3", "several units"]),
+        ("c1]}", "c1], prior: {c1.ax: 30, c1.ay: 20}, correlation: [[1, 0.5]]}", ["calibrate.correlation", "as in prior"]),
+        ("c1]}", "c1], prior: {c1.ax: 30, c1.ay: 20}, correlation: [[1, 2], [2, 1]]}", ["calibrate.correlation", "definite"]),
+        ("c1]}", "c1], prior: {ax: 30}, correlation: [[1]]}", ["calibrate.correlation", "priors of single names"]),
+        ("c1]}", "c1], correlation: [[1]]}", ["calibrate.correlation", "as in prior"]),
         ("length: mm", "length: mmm", ["units.length", "did you mean 'mm'"]),
         ("every_cable: {tension: [0.01, 0.1], ", "every_cable: {", ["tension is given for some cables only", "none for c1"]),
     ],
@@ -160,6 +164,16 @@ def test_bad_files_get_one_clear_message(old, new, words):
 def test_how_far_off_a_tape_measure_is():
     table = made(ROBOT.replace("c1]}", "c1], prior: {c2.ax: 5, ax: 30, az: {value: 1, unit: cm}}}")).robot.table
     assert [table[n].prior for n in ("c1.ax", "c2.ax", "c2.az", "c2.ay")] == [0.03, 0.005, 0.01, None]
+
+
+def test_how_far_off_anchors_are_together():
+    table = made(
+        ROBOT.replace("c1]}", "c1], prior: {c2.ax: 5, c1.ay: 20}, correlation: [[1, -0.5], [-0.5, 1]]}")
+    ).robot.table
+    (shared,) = table.together
+    assert shared.names == ("c2.ax", "c1.ay") and [table[n].prior for n in shared.names] == [0.005, 0.02]
+    np.testing.assert_allclose(shared.covariance, [[25e-6, -50e-6], [-50e-6, 400e-6]], rtol=1e-12)
+    assert "c2.ax" in table.free
 
 
 EIGHT = """\

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from robocal.diagnose.check_registry import Level
 from robocal.diagnose.rows.table import repeat_findings
 from robocal.measure.data import Configurations, Observations
 from robocal.remarks.code import Code
@@ -32,4 +33,25 @@ def test_copied_rows_are_told(rng, stated):
     obs.value[31] = obs.value[30]
     obs.value[35] = obs.value[34]
     (said,) = [r for r in repeat_findings(obs, places, "table.csv") if r.code is Code.COPIED]
-    assert said.numbers["count"] == 2 and (said.numbers["first"], said.numbers["second"]) == (32, 33)
+    assert (
+        said.level is Level.DOUBT
+        and said.numbers["count"] == 2
+        and (said.numbers["first"], said.numbers["second"]) == (32, 33)
+    )
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_many_copies_are_refused(rng, stated):
+    """Every second reading a copy makes sigma of the whole 0.82 of what it is."""
+    places, obs = repeated(rng, 6, 3e-5, stated)
+    obs.value[1::3] = obs.value[::3]
+    (said,) = [r for r in repeat_findings(obs, places, "table.csv") if r.code is Code.COPIED]
+    assert said.level is Level.REFUSE and said.numbers["count"] == 40
+
+
+def test_an_instrument_quieter_than_stated_is_not_accused(rng):
+    """Readings that scatter by half their last digit agree often, which a stated sigma of ten digits does not foretell."""
+    places, obs = repeated(rng, 5, 4e-6)
+    obs.sigma[:] = 1e-4
+    (said,) = repeat_findings(obs, places, "table.csv")
+    assert said.level is Level.DOUBT and said.numbers["count"] > 12

@@ -75,7 +75,11 @@ OTHER = {
     "drive-pace": "session/test_drive_traps.py",
     "drive-effort-size": "session/test_drive_wrong.py",
     "drive-unproven": "session/test_drive_wrong.py",
+    "drive-one-unlike": "session/test_drive_wrong.py",
+    "drive-lag-far": "session/test_drive_wrong.py",
+    "drive-arc-unread": "session/test_drive_wrong.py",
     "stretch-beyond": "cli/test_cable_loads_wrong.py",
+    "cable-too-light": "cli/test_cable_loads_wrong.py",
     "loads-scatter": "cli/test_cable_loads_wrong.py",
     "span-unlike": "cli/test_cable_loads_wrong.py",
     "torque-size": "session/test_torque_units.py",
@@ -175,7 +179,9 @@ OTHER |= dict.fromkeys(
 )
 OTHER |= dict.fromkeys(
     "views-out-of-step readings-of-another marker-twice markers-exchanged sights-aside".split(),
-    "cli/test_hand_eye_names.py"
+    "cli/test_hand_eye_names.py",
+)
+OTHER |= dict.fromkeys(
     "rig-drives rig-encoder rig-exchanged rig-infeasible rig-lengths-disagree rig-limits-left rig-reversed rig-slack rig-stopped "
     "rig-weight".split(),
     "cli/test_wrong_rigs.py",

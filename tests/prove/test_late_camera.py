@@ -42,23 +42,26 @@ def world(delay, seed):
     return model, DataSet(replace(own.configurations, start=None), (own.observations[0], picture))
 
 
-def lag(delay, seed):
-    """What is said of a delay (s), and by which code."""
+def lag(delay, seed, sigma=False):
+    """What is said of a delay (s), and by which code; with its sigma."""
     found = identify(*world(delay, seed), Options(hold_out=0.0, leave_one_out=False))
     told = [r for r in (*found.verdict.reasons, *found.warnings) if r.code in (Code.LATE, Code.LATE_DOUBTED)]
     if not told:
         return None
     (one,) = told
     after, before = one.numbers["after"], one.numbers["before"]
-    return one.code, after.value if after else -before.value
+    found = one.code, after.value if after else -before.value
+    return (*found, one.numbers["sigma"].value) if sigma else found
 
 
 @pytest.mark.parametrize(
     "delay", [0.05, pytest.param(-0.1, marks=pytest.mark.slow), pytest.param(0.3, marks=pytest.mark.slow)]
 )
 def test_a_delay_of_a_camera_is_named_to_a_tenth(delay):
-    code, found = lag(delay, 1)
+    """And to its sigma: over twelve such worlds errors are 0.85 sigma rms, the largest 1.3."""
+    code, found, sigma = lag(delay, 1, True)
     assert code == Code.LATE and found == pytest.approx(delay, rel=0.1)
+    assert abs(found - delay) < 2.5 * sigma < 0.25 * abs(delay)
 
 
 def test_a_small_one_is_named_and_none_is_nothing():

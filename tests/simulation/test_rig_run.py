@@ -121,7 +121,7 @@ def test_stretch_is_reported_and_corrected_when_asked(correct):
 
 WRONG = {
     "lengths-disagree": {"winch": [1, 0, 2, 3, 4, 5, 6, 7]},
-    "motor-does-not-follow": {"way": [1, 1, -1, 1, 1, 1, 1, 1]},
+    "motor-does-not-follow": {"sign": [1, 1, -1, 1, 1, 1, 1, 1]},
 }
 
 

@@ -124,6 +124,7 @@ def test_no_fit_that_did_not_converge_is_improved():
 
     def what(whole, proof, started=True):
         known = {"need_baseline": Ended(converged=started), "need_fit": whole, "proof": proof, "chosen": Options()}
+        known["model"] = SimpleNamespace(parts={}, table={})
         return [f.numbers["what"] for f in fits_without_convergence.run(SimpleNamespace(**known))]
 
     good, bad = Ended(), Ended()

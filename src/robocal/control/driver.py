@@ -7,13 +7,15 @@ Nothing here opens a port. docs/cables/control.md says what a driver of real win
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, Protocol
 
-import numpy as np
 from numpy.typing import ArrayLike
 
+from robocal._jit import as_kernel_array
 from robocal._types import Array
 from robocal.control.platform.platform_controller import Command, PlatformController, PlatformState
+from robocal.errors import require
 
 __all__ = ["Driver", "WinchReading", "drive"]
 
@@ -40,8 +42,10 @@ class Driver(Protocol):
 def drive(
     controller: PlatformController, state: PlatformState, driver: Driver, goal: ArrayLike, seconds: float
 ) -> PlatformState:
-    """The state after so many seconds towards a goal (4, 4), or when brakes close. Raises ModelError for arrays of another shape."""
-    target = np.asarray(goal, float)
+    """The state after so many seconds towards a goal (4, 4), or when brakes close. Raises ModelError for no such time, and for arrays
+    of another shape."""
+    require(0 <= seconds < math.inf, "no such time", key="seconds", found=seconds, expected="0 s or more")
+    target = as_kernel_array(goal)
     for _ in range(round(seconds / controller.period)):
         reading = driver.read()
         state, command = controller.step(state, target, reading.angles, reading.tension)

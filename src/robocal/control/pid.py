@@ -18,7 +18,7 @@ import numpy as np
 from robocal._record import record
 from robocal._types import Array
 from robocal.control._kernels import pid_step
-from robocal.errors import require
+from robocal.errors import look_up, require
 
 __all__ = ["GAINS", "ControlLaw", "ControllerState", "step"]
 
@@ -52,7 +52,21 @@ class ControlLaw:
             require(0 <= value < math.inf, "not a gain", key=key, found=value, expected="0 or more")
         for key in ("period", "limit"):
             value = getattr(self, key)
-            require(value > 0, "not above zero", key=key, found=value, expected="above 0")
+            good = value > 0 and (key == "limit" or value < math.inf)
+            require(good, "not above zero", key=key, found=value, expected="above 0")
+
+    @classmethod
+    def of(cls, name: str, **numbers: float) -> ControlLaw:
+        """The law of a name of GAINS, from its gains and whatever else a law has: `ControlLaw.of("p", kp=0.05, limit=0.2)`. Raises
+        ModelError for an unknown name, for a gain that it needs and one that it has not."""
+        own = look_up(GAINS, name, "unknown controller", "controller")
+        every = {gain for gains in GAINS.values() for gain in gains}
+        for gain in sorted(every):
+            known, expected = (gain in numbers) == (gain in own), " ".join(own)
+            require(
+                known, f"the gains of {name} are others", key=gain, found=" ".join(sorted(numbers)), expected=expected
+            )
+        return cls(**numbers)
 
     @property
     def array(self) -> Array:

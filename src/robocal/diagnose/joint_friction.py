@@ -62,7 +62,7 @@ def _rubs(obs: Observations) -> bool:
     return isinstance(free, tuple) and not set(FRICTION).isdisjoint(map(str, free))
 
 
-@check("torque-speeds", When.FIT, order=220, needs=("data",))
+@check("torque-speeds", When.FIT, order=222, needs=("data",))
 def torque_speeds(context: Context[Model]) -> Iterator[Finding]:
     """The joint that turns fastest."""
     for obs in context.need_data.observations:

@@ -179,7 +179,6 @@ COLUMN_LEAVES = limit(0.03, "of the spread of the poses", "What other columns or
 AXES_SIMPLER = limit(1.5, "times", "Wrong axes are one mistake, exchanged cables several: they may leave more.")
 FACTOR_LEAVES = limit(0.2, "of the scatter of the lengths",
     "What the right unit and sign leave, with anchors a few centimetres off.", "tests/statistics/test_causes.py")
-CABLE_COPIES = limit(0.1, "of the configurations", "Of eight lengths and a pose even one copy is no chance; so many are no slip.")
 SIZE_CONFIGURATIONS = limit(5, "configurations", "Fewer tell no size.")
 SIZES_APART = limit(4.0, "times", "An inch is 25 mm, and no robot is four times as large as it was built.")
 TENSION_DIRECTIONS = limit(0.1, "of the tensions", "Directions that are a tenth off leave no more force.")
@@ -192,6 +191,7 @@ WINCH_GAIN = limit(1.4, "times what an ampere pulls",
     "Halfway to the least mistake, a diameter for a radius; anchors a centimetre off make a tenth.",
     "tests/cli/test_cable_winch_columns.py")
 SAGS_SCATTER = limit(0.3, "of the sags", "A sag is the weight by the tension: what is off by a third is of another tension or span.")
+SOUND_MOST = limit(18000.0, "m/s", "Sound in diamond; in steel and aramid it runs at a third of it, in polyethylene at two thirds.")
 STRETCH_MOST = limit(0.3, "of the length", "Steel breaks at 2 %, polyethylene at 4 %, aramid below 5 %, nylon at 20 to 30 %.")
 LOADS_UNLIKE = limit(31.6, "times what is stated",
     "Halfway to a slip of a unit, a thousand; the catalogue of annex A, at large loads, is 17 times stiffer.",
@@ -208,6 +208,7 @@ UNIT_BETTER = limit(0.9, "times", "Of two equally good explanations the one with
 STILL_PLACES = limit(4, "places", "From here on equal readings of a moving arm are no chance.")
 STILL_MOVED = limit(0.02, "rad or m", "So far the joints must have moved.")
 COPY_CHANCE = limit(1e-3, "chance", "Of taking honest repeats for copies.")
+COPIES = limit(0.1, "of the rows", "Every sigma is then 5 % too small, and so many are no slip.", "tests/files/test_copies.py")
 QUIETEST = limit({"m": 5e-6, "rad": 5e-6, "px": 0.02}, "m, rad, px",
     "No robot and instrument repeat themselves better.", "repeatability in data sheets (ISO 9283)")
 REPEAT_SIGMA = limit(10.0, "sigma of a difference", "Repeats that differ by more are no repeats.")

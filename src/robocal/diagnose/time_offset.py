@@ -69,7 +69,8 @@ def time_offset(context: Context[Model]) -> list[Finding]:
     lag = max(found, key=lambda v: (v.wrong, v.score.share), default=None)
     if lag is None:
         return []
-    size = Quantity(abs(lag.score.change), "s" if lag.timed else "rows")
+    change, unit = abs(lag.score.change), "s" if lag.timed else "rows"
+    size, sigma = Quantity(change, unit), Quantity(change / lag.score.t, unit)
     before, after = (size, None) if lag.score.change < 0 else (None, size)
     level, code = (refuse, Code.LATE) if lag.wrong else (doubt, Code.LATE_DOUBTED)
     option = "--groups backlash" if joints_of(context.model) else None
@@ -78,6 +79,7 @@ def time_offset(context: Context[Model]) -> list[Finding]:
         "before": before,
         "after": after,
         "than": lag.than,
+        "sigma": sigma,
         "z": lag.score.t,
         "share": lag.score.share,
     }

@@ -56,6 +56,8 @@ def find_unknown_zeros(context: Context[Model]) -> Iterator[Finding]:
 def cable_zeros(context: Context[Model]) -> list[float]:
     """By how much (m) zeros of a robot's own cables moved that were lost, where most of them were."""
     cables, table = context.model.parts.get("cable", ()), context.model.table
+    if not cables:
+        return []
     sigma = dict(zip(context.need_fit.total.names, context.need_fit.total.sigma, strict=True))
     names = [n for c in cables if (n := f"{c}.l0") in context.need_fit.problem.free and n in table]
     change = {n: abs(context.values[n] - table[n].value) for n in names}

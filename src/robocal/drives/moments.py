@@ -18,7 +18,6 @@ from robocal._types import Array, Ints
 
 __all__ = ["Moments", "moments_of"]
 
-RIDGE = 1e-6  # tolerance: of scaled columns; harmonics that nothing parts share what they explain
 CHUNK = 4096  # grid: rows at once
 
 
@@ -96,37 +95,10 @@ class Moments:
         x = _solve(a, b)
         return x, float(self.q.sum() - b @ x)
 
-    def next_order(self, orders: Sequence[int], candidates: Sequence[int], lag: float = 0.0) -> int:
-        """The candidate that, fitted together with the orders, leaves least. Where rows cover a turn evenly that is the strongest of what
-        is left; where arcs lack, a strong one may be what the orders leave there."""
-        every = (*orders, *candidates)
-        a, b = (v.sum(axis=0) for v in self.normal(every, lag))
-        known, own = len(orders), len(every)
-        base = [0, 1, *(2 + i for i in range(known)), *(2 + own + i for i in range(known))]
-        each = np.arange(known, own)
-        columns = np.concatenate([np.tile(base, (len(each), 1)), 2 + each[:, None], 2 + own + each[:, None]], axis=1)
-        some, right = a[columns[:, :, None], columns[:, None, :]], b[columns]
-        scale = np.sqrt(np.maximum(np.diagonal(some, axis1=1, axis2=2), 1e-300))
-        some = some / scale[:, :, None] / scale[:, None, :] + RIDGE * np.eye(columns.shape[1])
-        right = right / scale
-        gain = np.sum(right * np.linalg.solve(some, right[:, :, None])[:, :, 0], axis=1)
-        return int(candidates[int(np.argmax(gain))])
-
-    def left(self, orders: Sequence[int], x: Array, lag: float = 0.0) -> Array:
-        """What coefficients x (k,) leave at every order up to the highest, as amplitudes (K + 1,) of a sweep whose angles are even."""
-        n = np.array(orders, dtype=np.int64)
-        turn = np.exp(-1j * self.direction[:, None] * lag * np.arange(self.s.shape[1]))
-        s, y = self.s * turn, self.y * turn[:, : self.y.shape[1]]
-        k = np.arange(self.highest + 1)
-        cos, sin = x[2 : 2 + len(n)], x[2 + len(n) : 2 + 2 * len(n)]
-        left = y.sum(axis=0) - x[0] * s[:, k].sum(axis=0) - x[1] * (self.direction @ s[:, k])
-        # a cos(n u) + b sin(n u) = Re((a - i b) exp(i n u)), and its product with exp(i k u) has the orders k + n and k - n
-        whole = s.sum(axis=0)
-        for order, z in zip(n, cos - 1j * sin, strict=True):
-            apart = k - order
-            gap = np.where(apart < 0, whole[np.abs(apart)].conj(), whole[np.abs(apart)])
-            left -= (z * whole[k + order] + z.conjugate() * gap) / 2
-        return np.asarray(2 * np.abs(left) / self.n.sum())
+    @property
+    def mixture(self) -> float:
+        """How much harmonics of different orders are alike in these rows: 0 where they cover turns evenly, 1 at one angle."""
+        return float(np.abs(self.s[:, 1:].sum(axis=0)).max() / self.n.sum())
 
 
 def _solve(a: Array, b: Array) -> Array:

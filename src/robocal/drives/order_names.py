@@ -33,18 +33,18 @@ def not_torque(order: int, poles: int | None) -> bool:
 
 
 def name_order(order: int, slots: int | None, poles: int | None, strong: Sequence[int] = ()) -> str:
-    """What an order is called; `strong` are orders that are larger than it by far."""
-    if slots is not None and poles is not None:
-        whole = lcm(slots, poles)
-        if order % whole == 0:
-            times = order // whole
-            return "lcm of slots and poles" + (f", {times} times" if times > 1 else "")
+    """What an order is called; `strong` are orders that are larger than it by far. Of slots and poles one may be known alone."""
+    if slots is not None and poles is not None and order % (whole := lcm(slots, poles)) == 0:
+        times = order // whole
+        return "lcm of slots and poles" + (f", {times} times" if times > 1 else "")
+    if poles is not None:
         if order == poles // 2:
             return "once per pole pair: sensor zero, not torque"
         if order == poles:
             return "twice per pole pair: sensor gains, or slots"
-        if order % slots == 0:
-            return "slots" + (f", {order // slots} times" if order > slots else "")
+    if slots is not None and order % slots == 0:
+        return "slots" + (f", {order // slots} times" if order > slots else "")
+    if poles is not None:
         if order % poles == 0:
             return f"poles, {order // poles} times"
         if order % (poles // 2) == 0:
@@ -83,8 +83,11 @@ def _windings() -> tuple[tuple[int, int], ...]:
     return tuple(out)
 
 
-def guess_motor(orders: Sequence[int], amplitudes: Array) -> tuple[int, int] | None:
-    """Slots and poles that name the strongest order as their lcm, and have their own orders in the sweep too; None where none has."""
+def guess_motor(
+    orders: Sequence[int], amplitudes: Array, known: tuple[int | None, int | None] = (None, None)
+) -> tuple[int, int] | None:
+    """Slots and poles that name the strongest order as their lcm, and have their own orders in the sweep too; None where none has.
+    One of them may be known."""
     if not len(orders):
         return None
     power = dict(zip(orders, (np.asarray(amplitudes, float) ** 2).tolist(), strict=True))
@@ -93,6 +96,8 @@ def guess_motor(orders: Sequence[int], amplitudes: Array) -> tuple[int, int] | N
     for slots, poles in _windings():
         if lcm(slots, poles) != strongest or slots == strongest or poles == strongest:
             continue
+        if any(k is not None and k != own for k, own in zip(known, (slots, poles), strict=True)):
+            continue
         own = power.get(slots, 0.0) * power.get(poles // 2, 0.0)
         if own > best:
             best, found = own, (slots, poles)
@@ -100,6 +105,12 @@ def guess_motor(orders: Sequence[int], amplitudes: Array) -> tuple[int, int] | N
     if found is None:
         return None
     slots, half = found[0], found[1] // 2
-    if half % 2 == 0 and half // 2 in power and lcm(slots, half) == strongest and (slots, half) in _windings():
+    if (
+        known[1] is None
+        and half % 2 == 0
+        and half // 2 in power
+        and lcm(slots, half) == strongest
+        and (slots, half) in _windings()
+    ):
         return slots, half
     return found

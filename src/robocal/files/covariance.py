@@ -1,7 +1,8 @@
 """covariance.json: what the parameters of a run may be off by, in SI, for predictions and for comparing two runs.
 
 `covariance` is that of estimate minus truth: `noise` (from measurement noise) plus `response` diag(expected^2)
-response^T (what the fit makes of parameters that were not seen). Components of rotation vectors are turns about the
+response^T (what the fit makes of parameters that were not seen). Where several share a prior, `root` is S of their covariance S S^T, and
+stands in the place of diag(expected). Components of rotation vectors are turns about the
 axes of the parent frame. `joints` is the range in which each joint was measured, `conditions` the mean of the other
 recorded columns, `measurement` the standard deviation of a new measurement as fitted. `placed` says that no instrument
 frame was free, so that the base itself was measured. `rows` are those of the fit at its solution, whitened, over the
@@ -80,6 +81,7 @@ class CovarianceModel(FileModel):
     covariance: list[list[FiniteFloat]]
     noise: list[list[FiniteFloat]]
     response: list[list[FiniteFloat]]
+    root: list[list[FiniteFloat]] | None = None
     rows: RowsModel | None = None
 
 
@@ -102,6 +104,8 @@ def covariance_text(known: Knowledge, units: Mapping[str, str]) -> str:
         "noise": total.noise,
         "response": total.response,
     }
+    if total.root is not None:
+        parts["root"] = total.root
     if known.rows is not None:
         short = {name: _short(getattr(known.rows, name)) for name in ("residual", "jacobian")}
         parts["rows"] = {name: getattr(known.rows, name) for name in RowsModel.model_fields} | short
@@ -146,20 +150,21 @@ def read_covariance(path: str | os.PathLike[str]) -> Knowledge:
     for key in ("units", "values", "nominal", "expected", "noise", "response"):
         _length(document, key, [getattr(model, key)], n)
     matrices = {}
-    for key in ("noise", "response"):
-        rows = getattr(model, key)
-        _length(document, key, rows, n)
-        matrices[key] = np.array(rows, dtype=float).reshape(n, n)
+    for key in ("noise", "response", "root"):
+        if (rows := getattr(model, key)) is not None:
+            _length(document, key, [rows], n)
+            _length(document, key, rows, n)
+            matrices[key] = np.array(rows, dtype=float).reshape(n, n)
     _sound(document, model, matrices)
     total = Total(
         tuple(model.names), matrices["noise"], matrices["response"], np.array(model.expected),
-        float("inf") if model.dof is None else model.dof,
+        float("inf") if model.dof is None else model.dof, matrices.get("root"),
     )  # fmt: skip
     _length(document, "joints", model.joints or (), 2)
     joints = None if model.joints is None else np.array(model.joints, dtype=float).reshape(-1, 2)
     values, nominal = (dict(zip(model.names, v, strict=True)) for v in (model.values, model.nominal))
-    rows = None if model.rows is None else _read_rows(document, model.rows, model.names)
-    return Knowledge(total, values, nominal, joints, model.conditions, model.measurement, model.placed, rows)
+    whitened = None if model.rows is None else _read_rows(document, model.rows, model.names)
+    return Knowledge(total, values, nominal, joints, model.conditions, model.measurement, model.placed, whitened)
 
 
 def _sound(document: YamlDocument, model: CovarianceModel, matrices: Mapping[str, Array]) -> None:
@@ -177,8 +182,9 @@ def _sound(document: YamlDocument, model: CovarianceModel, matrices: Mapping[str
     rows = [row for row in model.covariance if len(row) == n]
     _length(document, "covariance", [rows], n)
     whole = np.array(rows, dtype=float).reshape(n, n)
-    response = matrices["response"] * np.array(model.expected)
-    made = matrices["noise"] + response @ response.T
+    root, response = matrices.get("root"), matrices["response"]
+    hidden = response * np.array(model.expected) if root is None else response @ root
+    made = matrices["noise"] + hidden @ hidden.T
 
     def beyond(matrix: Array, share: float, of: Array) -> bool:
         size = np.sqrt(np.abs(np.diag(of)))

@@ -26,7 +26,14 @@ from robocal.files.headers import self_description, vocabulary
 from robocal.files.kinds.kind import Around, KindFile
 from robocal.files.kinds.registry import readers_of
 from robocal.files.notation import TableNotation, table_notation
-from robocal.files.onething import new_distances, one_thing, refuse_again, refuse_names_of_lens, target_remarks
+from robocal.files.onething import (
+    new_distances,
+    one_thing,
+    refuse_again,
+    refuse_copies,
+    refuse_names_of_lens,
+    target_remarks,
+)
 from robocal.files.orientation import frame_vector, refuse_turns
 from robocal.files.robot import read_units
 from robocal.files.schema import FrameModel, validate
@@ -215,7 +222,7 @@ def _read_table(reader: RowReader, kind: KindFile, name: str) -> Reading:
     warnings = remarks_on_columns(model, document)
     data = DataSet(configurations, tuple(observations))
     rows_read = TableContext(chain, data, joints=places.joints, lines=table.lines, file=str(table.path))
-    warnings += table.remarks + tuple(f.remark for f in run(When.FILE, rows_read, ROWS))
+    warnings += table.remarks + tuple(f.remark for f in refuse_copies(run(When.FILE, rows_read, ROWS), len(table)))
     read_as = (observations[0], places.joints, chain, places.angle)
     return Reading(
         DataSet(configurations, tuple(o for o in observations if len(o))), table.path, values.files, warnings,

@@ -61,8 +61,8 @@ class LogMotorModel(FileModel):
     """What the maker says of the motor; of several in one file, its own columns."""
 
     name: Name | None = None
-    slots: PositiveInt | None = None
-    poles: PositiveInt | None = None
+    slots: Annotated[int, Field(ge=1, le=1000)] | None = None
+    poles: Annotated[int, Field(ge=2, le=1000)] | None = None
     torque_constant: ConstantModel | None = None
 
 
@@ -244,6 +244,13 @@ def _read(
                 f"the {what} never changes", column=told[what][0], found=float(values[what][0]), expected=MOVES[what]
             )
     if len(starts):
+        parts = np.split(values[kind], starts)
+        twice = next((i for i, p in enumerate(parts) if any(np.array_equal(p, o) for o in parts[:i])), None)
+        if twice is not None:
+            at = int(starts[twice - 1])
+            raise table.fail(
+                "a sweep stands here twice", at, told["time"][0], expected="every sweep once: twice it counts twice"
+            )
         time = join_restarts(time, values["angle"], starts)
         lines = ", ".join(str(int(table.lines[i])) for i in starts)
         remarks.append(Remark.of(Code.DRIVE_TIME_ANEW, log=name, lines=lines, count=len(starts) + 1))

@@ -22,7 +22,7 @@ import numpy as np
 
 from robocal._record import record
 from robocal._types import Array
-from robocal.diagnose.drive_limits import CELLS_LOSE
+from robocal.diagnose.drive_limits import CELLS_LOSE, SWEEP_EFFORT
 from robocal.errors import FormatError, look_up
 from robocal.files.motor_file import MotorFile
 
@@ -31,6 +31,7 @@ __all__ = ["FORMS", "CompensationTable", "compensation_table", "read_table", "ta
 ODRIVE_CELLS = 3600
 FINER = 8  # grid: places within a cell, at which its line is compared
 INT16 = 32767
+LOOK = 720  # grid: cells, by which the size of a curve is told
 FLOAT32 = 3e38  # grid: the largest number of four bytes
 RULES = (
     "add the value to the command: it is what the rotor asks for at this angle",
@@ -83,9 +84,23 @@ def compensation_table(
     if not largest < FLOAT32:
         message = "values that no controller holds: the torque constant is of another unit"
         raise FormatError(message, key="torque_constant", found=k_c, expected="in Nm/A")
+    if wanted != own and k_c is not None:
+        _check_constant(motor, k_c, factor, "N m" if wanted == "Nm" else wanted)
     scale = _scale(values) if form == "c" else 1.0
     proven = motor.verdict in ("", "improved")
     return CompensationTable(_round(values, form, scale), wanted, friction, motor.name, k_c, scale, proven)
+
+
+def _check_constant(motor: MotorFile, k_c: float, factor: float, unit: str) -> None:
+    """Efforts that a motor may have in its own unit, and that none has in the other. Raises FormatError."""
+
+    def within(size: float, unit: str) -> bool:
+        return SWEEP_EFFORT[f"{unit} least"] <= size <= SWEEP_EFFORT[f"{unit} most"]
+
+    size = float(np.abs(motor.curves(LOOK)).max()) + abs(motor.coulomb)
+    if within(size, motor.unit) and not within(size * factor, unit):
+        found = f"{k_c:g}, with which cogging and friction are {size * factor:.3g} {unit}"
+        raise FormatError("no motor has this torque constant", key="torque_constant", found=found, expected="in Nm/A")
 
 
 def _check_odrive(cells: int, unit: str | None, friction: bool) -> None:

@@ -19,15 +19,13 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Literal
 
-import numpy as np
 from pydantic import BeforeValidator, FiniteFloat, PositiveInt
 
 from robocal._record import record, replace
-from robocal._types import Array
-from robocal.errors import FormatError, ModelError, look_up
+from robocal.errors import FormatError, look_up
 from robocal.files.factory_lens import factory_lens, is_factory, is_listing, listed_lens
 from robocal.files.other_lenses import (
     cameras_of,
@@ -40,13 +38,13 @@ from robocal.files.other_lenses import (
     ros_text,
 )
 from robocal.files.schema import FileModel, Version, refuse, validate
+from robocal.files.stated_covariance import covariance_of
 from robocal.files.text import InputFile, read_text
-from robocal.files.yamlio import Path_, YamlDocument, parse, quote
-from robocal.parameters import check_covariance
+from robocal.files.yamlio import YamlDocument, parse, quote
 from robocal.vision.camera import MODELS
 from robocal.vision.lenses import Lens
 
-__all__ = ["FORMS", "LensFile", "Numbers", "covariance_of", "lens_text", "read_lens", "spread_keys"]
+__all__ = ["FORMS", "LensFile", "Numbers", "lens_text", "read_lens", "spread_keys"]
 
 LIMIT = 1 << 20  # bytes
 EXPECTED = "lens.yaml of robocal, a FileStorage of OpenCV, camera_info of ROS, a camchain of Kalibr, or intrinsics of librealsense"
@@ -114,40 +112,6 @@ def _read_own(document: YamlDocument, camera: str) -> Lens:
     check_numbers(document, numbers, ("numbers",))
     shape = None if size is None else (size[0], size[1])
     return Lens.of(given.model, numbers, shape, tuple(sigma), covariance, given.source)
-
-
-def covariance_of(
-    document: YamlDocument,
-    sigma: Mapping[str, float],
-    correlation: Sequence[Sequence[float]] | None,
-    symbols: Sequence[str],
-    at: Path_,
-) -> Array:
-    """The covariance (k, k) of some numbers of a lens from standard deviations and correlations (none: 0). Raises FormatError."""
-    for symbol, value in sigma.items():
-        document.insist_known(symbol, symbols, "not a number of this lens", (*at, "sigma", symbol))
-        if not 1e-30 < value < 1e30:
-            document.fail("not a standard deviation", (*at, "sigma", symbol), found=value, expected="a number above 0")
-    size = len(sigma)
-    if correlation is None:
-        correlation = np.eye(size).tolist()
-    for i, row in enumerate(correlation):
-        if len(row) != size:
-            document.fail(
-                "wrong number of values", (*at, "correlation", i), found=len(row), expected=f"{size}, as in sigma"
-            )
-    if len(correlation) != size:
-        document.fail(
-            "wrong number of rows", (*at, "correlation"), found=len(correlation), expected=f"{size}, as in sigma"
-        )
-    c, s = np.array(correlation, dtype=float).reshape(size, size), np.array(list(sigma.values()))
-    if (np.abs(np.diag(c) - 1) > 1e-9).any():
-        document.fail("a number's correlation with itself is 1", (*at, "correlation"), found=float(np.diag(c).min()))
-    try:
-        check_covariance(c, size, "correlation")
-    except ModelError as error:
-        document.fail(error.message, (*at, "correlation"), found=error.found, expected=error.expected)
-    return np.asarray(c * np.outer(s, s))
 
 
 def _own_text(lens: Lens, name: str) -> str:

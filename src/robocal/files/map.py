@@ -9,10 +9,12 @@ markers:                                  # T_map_marker; z out of the printed s
 covariance: map.covariance.csv            # of all together, in m and rad; the file is read without it where it is not there
 size_sigma: 0.2                           # what sizes as they were told could be off by, all alike, and each in percent:
 size_scatter: 0.3                         # where sizes were found beside the places
+lens: {model: brown, known: [fx, fy], given: [1200, ...], found: [1203.1, ...]}   # numbers that were free; all as given and found
 source: what it was made from
 
 The covariance is a table of its own: one row and one column for each of x y z rx ry rz of every
-marker, and behind them one for the edge of each, where sizes were found. JSON has it in itself, in m and rad.
+marker, behind them one for the edge of each, where sizes were found, and one for each number of the lens that was free. JSON has it
+in itself, in m, rad and px.
 """
 
 from __future__ import annotations
@@ -28,6 +30,7 @@ from pydantic import FiniteFloat
 from robocal._record import record, replace
 from robocal._types import Array
 from robocal.errors import FormatError, look_up
+from robocal.files.lens_of_map import MapLensModel, lens_lines, lens_symbols, split_lens
 from robocal.files.map_covariance import map_covariance_text, read_map_covariance
 from robocal.files.other_maps import mapper_text, ply_map_text, read_mapper, read_ply_map, spaced
 from robocal.files.plain import json_text
@@ -94,6 +97,7 @@ class MapModel(FileModel):
     covariance: str | list[list[FiniteFloat]] | None = None
     size_sigma: FiniteFloat | None = None
     size_scatter: FiniteFloat | None = None
+    lens: MapLensModel | None = None
     source: str = ""
 
 
@@ -137,7 +141,11 @@ def _read_own(document: YamlDocument, name: str) -> tuple[tuple[MarkerMap, ...],
     size = units.length.to_si(np.array([m.size for m in given.markers]))
     scale = np.array([units.length.factor] * 3 + [units.angle.factor] * 3)
     sigma = None if not all(with_sigma) else (np.array([m.sigma for m in given.markers]) * scale).ravel()
-    covariance, remarks = read_map_covariance(document, given.covariance, names, sigma)
+    through = lens_symbols(document, given.lens)
+    covariance, remarks = read_map_covariance(document, given.covariance, names, sigma, through)
+    covariance, lens = (
+        (covariance, None) if remarks or given.lens is None else split_lens(covariance, given.lens, len(names))
+    )
     made = MarkerMap(names, size, vector, covariance, given.dictionary, given.source or document.path.name)
     for key in ("size_sigma", "size_scatter"):
         value = getattr(given, key)
@@ -163,7 +171,7 @@ def _read_own(document: YamlDocument, name: str) -> tuple[tuple[MarkerMap, ...],
         own = 6 * len(names)
         told = float(units.length.to_si(np.array(given.size_sigma))), 1e-2 * float(given.size_scatter or 0.0)
         made = replace(made, covariance=covariance[:own, :own], size_covariance=covariance[own:], size_errors=told)
-    return (made,), remarks
+    return (replace(made, lens=lens),), remarks
 
 
 def _own_text(known: MarkerMap, beside: str) -> str:
@@ -199,6 +207,7 @@ def _own_text(known: MarkerMap, beside: str) -> str:
                 f"size_sigma: {number(shift)}    # sizes as told: all alike",
                 f"size_scatter: {number(scatter)}    # each, in percent",
             ]
+        lines += lens_lines(known.lens)
     if known.source:
         lines.append(f"source: {quote(known.source)}")
     return "\n".join(lines) + "\n"
@@ -222,6 +231,8 @@ def _json_text(known: MarkerMap, beside: str) -> str:
     parts |= {"units": {"length": "m", "angle": "rad"}, "markers": markers}
     if known.size_errors is not None:
         parts |= {"size_sigma": known.size_errors[0], "size_scatter": 100 * known.size_errors[1]}
+    if (lens := known.lens) is not None:
+        parts["lens"] = {"model": lens.model, "known": lens.known, "given": lens.before, "found": lens.after}
     parts |= {"covariance": known.joint, "source": known.source}
     return json_text({k: v for k, v in parts.items() if v is not None})
 

@@ -26,6 +26,7 @@ from pydantic import Field, FiniteFloat, PositiveFloat, PositiveInt
 from robocal._record import record
 from robocal._types import Array
 from robocal.drives.cogging import Cogging
+from robocal.errors import FileError
 from robocal.files.schema import FileModel, Version, validate
 from robocal.files.text import InputFile
 from robocal.files.units import number
@@ -34,6 +35,7 @@ from robocal.files.yamlio import load, quote
 __all__ = ["FILE", "MotorFile", "motor_text", "read_motor"]
 
 FILE = "motor.yaml"
+VerdictWord = Literal["improved", "not_improved", "refused", ""]
 UNITS = {"A": "A", "Nm": "N m"}
 FEWEST = 12  # grid: cells of a table
 
@@ -41,7 +43,7 @@ FEWEST = 12  # grid: cells of a table
 @record(eq=False)
 class MotorFile:
     """A motor as its file has it, in N m or A (`unit`): its harmonics, or a table (2, C) for forward and reverse with friction in it;
-    offset and Coulomb friction; the torque constant (N m/A)."""
+    offset and Coulomb friction; the torque constant (N m/A); the verdict of its run, where that is known."""
 
     name: str
     unit: str
@@ -119,13 +121,17 @@ class MotorModel(FileModel):
     friction: LogFrictionModel
     orders: list[OrderModel] = Field(default_factory=list)
     table: TableModel | None = None
-    verdict: Literal["improved", "not_improved", "refused", ""] = ""
+    verdict: VerdictWord = ""
     source: str = ""
 
 
 def read_motor(path: Path) -> MotorFile:
     """The motor of a run folder or of motor.yaml. Raises FileError or FormatError."""
     place = path / FILE if path.is_dir() else path
+    if path.is_dir() and not place.exists():
+        motors = sorted(p.parent.name for p in path.glob(f"*/{FILE}"))
+        expected = f"the folder of one motor: {', '.join(motors)}" if motors else "a folder of robocal drive identify"
+        raise FileError(f"the folder has no {FILE}", file=path, expected=expected)
     document = load(place)
     kind = document.data.get("kind")
     document.insist(

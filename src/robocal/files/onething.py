@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from robocal.diagnose.check_registry import Finding, Level
 from robocal.errors import FormatError
 from robocal.files.unread import SHOWN
 from robocal.measure.data import DataSet, Frame, Observations
@@ -17,7 +18,15 @@ from robocal.measure.pixels import LENS_FILE
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
-__all__ = ["UNSAID", "new_distances", "one_thing", "refuse_again", "refuse_names_of_lens", "target_remarks"]
+__all__ = [
+    "UNSAID",
+    "new_distances",
+    "one_thing",
+    "refuse_again",
+    "refuse_copies",
+    "refuse_names_of_lens",
+    "target_remarks",
+]
 
 UNSAID = "unsaid"  # the option of a number of which its file says no more than the name
 NUMBERS = ("values", "free")
@@ -119,6 +128,15 @@ def refuse_again(made: DataSet, hashes: Mapping[str, str], known: dict[tuple[obj
             found, expected = f"as in {known[key].parent.name}/{known[key].name}", "every data file once"
             raise FormatError("the same measurements are given twice", file=obs.source, found=found, expected=expected)
         known[key] = Path(obs.source)
+
+
+def refuse_copies(findings: list[Finding], rows: int) -> list[Finding]:
+    """What was found in the rows of a file. Raises FormatError for copies that are no slip."""
+    for n in (f.numbers for f in findings if f.level is Level.REFUSE):
+        message = "measurements equal others to the last digit: what is given twice counts twice"
+        found, row = f"{n['count']} of {rows} rows, the first one equal to row {n['first']}", int(str(n["second"]))
+        raise FormatError(message, file=str(n["file"]), row=row, found=found, expected="every measurement once")
+    return findings
 
 
 def refuse_names_of_lens(data: DataSet) -> None:

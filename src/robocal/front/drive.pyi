@@ -44,8 +44,8 @@ def identify(
     orders: At most so many orders, 1 to 100.  [default: 20]
     phases: One lag for both directions, or phases of their own; auto: what held-out arcs prefer.  [default: 'auto']
     eccentric: The encoder may be off its centre: two numbers in place of sidebands.
-    slots: Slots of the motor, 1 or more.  [default: as the data file says]
-    poles: Poles of the motor, two for each pair, 2 or more.  [default: as the data file says]
+    slots: Slots of the motor, 1 to 1000.  [default: as the data file says]
+    poles: Poles of the motor, two for each pair, 2 to 1000.  [default: as the data file says]
     method: Harmonics, or the seed document's table for each direction: harmonics, seed.  [default: 'harmonics']
     degree: Degree of the polynomials of method='seed', 2 to 3.  [default: 2]
     window: Window of method='seed' [deg], above 0 and at most 60.  [default: 5.0]

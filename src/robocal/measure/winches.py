@@ -1,12 +1,16 @@
 """Currents of winches that hold a platform at rest, or nearly: tensions without load cells, and the friction between.
 
-    t_i = (n / R) (k i_i + c_i sgn(v_i) + b_i w_i),    w_i = n v_i / R        r = C^-1 (W t + w), as of load cells (`measure/load.py`)
+    t_i = (n / R) (k i_i + c_i sgn(v_i) + b_i w_i),    w_i = n v_i / R
+    r = (k_0 / k) C^-1 (W t + w), as of load cells (`measure/load.py`)
 
 extra["current"] (k, m) in A, of a motor that pulls; extra["speed"] (k, m) in m/s is how fast the cable runs out, or ran out last: friction
 then holds a part of the tension, and takes a part of the torque where the cable is wound in. k (N m/A) is the torque constant of all
 motors, c_i (N m) and b_i (N m s/rad) Coulomb and viscous friction of each at its motor; n is the gear's ratio, R the drum's radius in m.
 options["winches"] names their owner: `winches.kt`, `winches.c1.coulomb`, `winches.c1.viscous`; options["cables"] names the cables,
-options["ratio"] is n / R. sigma (k, 1) is that of a tension, n k / R times that of a current.
+options["ratio"] is n / R. sigma (k, 1) is that of a tension, n k_0 / R times that of a current, at the stated constant k_0.
+
+Rows are k_0 / k of what is out of balance, so that the noise of a current is the same in them whatever k is. Without this factor a smaller
+k has less noise, and N rows of noise s with the squares of the load, S = sum |C^-1 w|^2, make k too small by its share N s^2 / S.
 """
 
 from __future__ import annotations
@@ -16,7 +20,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from robocal._record import replace
-from robocal._types import Array
+from robocal._types import Array, Ints
 from robocal.measure.builder import Builder
 from robocal.measure.cable.cable_names import cable_names
 from robocal.measure.cable.winch_tensions import FRICTION, KT, RATIO, friction_columns, ratio_of, winch_names
@@ -49,12 +53,22 @@ class WinchRows(LoadRows):
         super().__init__(builder, obs)
         current, speed = self.of_places(obs, "current"), self.of_places(obs, "speed")
         self.columns_of = friction_columns(obs, current, speed)
+        self.stated, self.constant = number_of(obs, KT), 6 * current.shape[1] + len(BODY)  # which of the numbers k is
 
     def more(self, obs: Observations) -> Sequence[str]:
         return winch_names(obs)
 
     def of_places(self, obs: Observations, what: str) -> Array:
         return super().of_places(obs, "current" if what == "tension" else what)
+
+    def evaluate(self, x: Array, which: Ints, first: int, rows: int) -> tuple[Array, Array, Array]:
+        r, jac, local = super().evaluate(x, which, first, rows)
+        k = x[:, self.numbers[self.constant]][:, None, None]
+        r, jac, local = (v * (self.stated / k)[(..., *(None,) * (v.ndim - 3))] for v in (r, jac, local))
+        free = np.flatnonzero(self.own == self.constant)
+        if len(free):
+            jac[..., jac.shape[3] - len(self.own) + int(free[0])] -= r / k
+        return r, jac, local
 
     def pulls(self, x: Array, part: slice) -> tuple[Array, Array]:
         by_k, by_c, by_b = (c[part] for c in self.columns_of)

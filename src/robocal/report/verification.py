@@ -27,7 +27,7 @@ from robocal.report.sections import (
 from robocal.report.space import Panel, draw_space
 from robocal.report.svg import AxisScale, bottom_axis, circles, drawing, label, line, num, path, span
 
-__all__ = ["verification_head", "verification_sections"]
+__all__ = ["BARS", "Spread", "draw_spreads", "verification_head", "verification_sections"]
 
 LEVEL = 0.05
 BARS = (
@@ -93,7 +93,7 @@ def _figures(sources: Mapping[str, Mapping[str, Any]], key: str, title: str = ""
             rows[view] = [(name, s.mean, s.sd, s.max) for name, s in of.items()]
             unit = next(iter(of.values())).unit
         name = f"{title}{': ' if title else ''}{what} [{unit}]"
-        both.append(Figure(_picture(rows, unit, f"{key}-{what}", f"Errors of the {what}"), "", name))
+        both.append(Figure(draw_spreads(rows, unit, f"{key}-{what}", f"Errors of the {what}"), "", name))
     yield Pair(tuple(both))
     if not title:
         yield from quiet(BARS)
@@ -115,12 +115,12 @@ def _group_figures(found: Any) -> Iterator[Block]:
         mean, sd = (columns[f"{name}_{part}"] for part in ("mean", "sd"))
         rows = [(g, m, s, None) for g, m, s in zip(found.groups, mean.plain, sd.plain, strict=True)]
         title = f"{name} [{mean.unit}]" if mean.unit else name
-        drawn.append(Figure(_picture({"": rows}, mean.unit, f"group-{k}", f"Means of {name}"), "", title))
+        drawn.append(Figure(draw_spreads({"": rows}, mean.unit, f"group-{k}", f"Means of {name}"), "", title))
     yield Pair(tuple(drawn))
     yield from quiet("A dot is the mean of a group, its bar one standard deviation to each side.")
 
 
-def _picture(parts: Mapping[str, Sequence[Spread]], unit: str, key: str, title: str) -> str:
+def draw_spreads(parts: Mapping[str, Sequence[Spread]], unit: str, key: str, title: str) -> str:
     """Under each heading a row for each name: mean, deviation and the largest, on one axis for all."""
     every = [row for rows in parts.values() for row in rows]
     means = [m for _, m, *_ in every if m > 0]

@@ -133,7 +133,7 @@ def _without_sizes(known: MarkerMap) -> MarkerMap:
     told = shift**2 + np.diag((scatter * known.size) ** 2 + FINEST**2)
     across = known.size_covariance[:, : len(known.covariance)]
     own = known.covariance - across.T @ np.linalg.solve(told, across)
-    return replace(known, covariance=(own + own.T) / 2, size_covariance=None, size_errors=None)
+    return replace(known, covariance=(own + own.T) / 2, size_covariance=None, size_errors=None, lens=None)
 
 
 def _frame(corners: Array) -> Array:

@@ -83,8 +83,11 @@ def move_map(known: MarkerMap, transform: Array) -> MarkerMap:
         count = 6 * len(known.names)
         across = (sizes[:, :count].reshape(len(sizes), -1, 3) @ r.T).reshape(len(sizes), count)
         sizes = np.hstack([across, sizes[:, count:]])
+    lens = known.lens
+    if lens is not None:
+        lens = replace(lens, across=(r @ lens.across.reshape(-1, 3, len(lens.known))).reshape(lens.across.shape))
     vector = se3.to_vector(transform @ known.poses)
-    return replace(known, vector=vector, covariance=turned, size_covariance=sizes)
+    return replace(known, vector=vector, covariance=turned, size_covariance=sizes, lens=lens)
 
 
 def take_markers(known: MarkerMap, names: Sequence[str]) -> MarkerMap:
@@ -95,6 +98,10 @@ def take_markers(known: MarkerMap, names: Sequence[str]) -> MarkerMap:
     sizes = known.size_covariance
     if sizes is not None:
         sizes = sizes[np.ix_(at, [*rows.tolist(), *(6 * len(known.names) + i for i in at)])]
+    lens = known.lens
+    if lens is not None:
+        lens = replace(lens, across=lens.across[rows], edges=None if lens.edges is None else lens.edges[at])
     return replace(
-        known, names=tuple(names), size=known.size[at], vector=known.vector[at], covariance=covariance, size_covariance=sizes
+        known, names=tuple(names), size=known.size[at], vector=known.vector[at], covariance=covariance, size_covariance=sizes,
+        lens=lens,
     )  # fmt: skip

@@ -5,7 +5,8 @@
     marker   T_map_marker = T_map_camera T_camera_marker,k       of the sight and k by which all located views that show it meet it best
 
 Both are asked in turn, those first that other markers or other views decide; then all of them are moved to where corners are met
-(`adjust`). Errors are told in extents of a sight, so that a lens that is not known yet judges as well; a sight that is far off, as
+(`adjust`). A map that was fitted since is asked once more: through the lens that the fit found, the other pose of a marker or of a view may
+be the right one. Errors are told in extents of a sight, so that a lens that is not known yet judges as well; a sight that is far off, as
 of a marker that moved, counts as no more than that.
 """
 
@@ -18,7 +19,7 @@ from robocal._types import Array, Bools, Ints
 from robocal.geometry import se3
 from robocal.vision.camera import image_and_slope, image_of
 
-__all__ = ["MapStart", "MarkerSights", "grow_map"]
+__all__ = ["MapStart", "MarkerSights", "grow_map", "revise_map"]
 
 CAP = 0.25  # tolerance: of a sight's extent: a worse error counts as this one
 SURE = 1.5  # tolerance: how many times worse the second best has to be
@@ -28,6 +29,7 @@ ROUNDS = 3  # grid: steps of views and markers after each growth; the fit does t
 LAST = 10  # grid: such steps in the end
 WEAK = 0.03  # tolerance: of a sight's extent: errors beyond pull less and less; a map that is torn shall heal
 REVISIONS = 4  # grid: how often views and markers are asked again, all together
+LOWER = 0.9  # tolerance: of what a fitted pose leaves: rounding is no other pose, and the fit to both decides
 
 
 @record(eq=False)
@@ -88,6 +90,12 @@ class _Growth:
             off = np.sqrt(np.square(off).mean(axis=-1)) / self.extent[some]
         behind = (seen[..., 2] <= 0).any(axis=-1)
         return np.asarray(np.where(behind | ~(off < CAP), CAP, off))
+
+    def start(self) -> MapStart:
+        """Where all of it is now."""
+        s = self.sights
+        errors = self.errors(np.arange(len(s.view)), self.view[s.view] @ self.marker[s.marker])
+        return MapStart(self.view, self.marker, errors)
 
     def begin(self) -> None:
         """Two markers that most views show together, and the one of which more is seen in the origin; that alone, of lone ones."""
@@ -171,8 +179,8 @@ class _Growth:
         ways = np.concatenate([*known, own.reshape(-1, 4, 4)])
         return ways, np.square(self.errors(some, by @ ways[:, None])).mean(axis=1)
 
-    def revise(self) -> bool:
-        """Views, then markers, where all that is known now speaks for another pose; whether any did."""
+    def revise(self, below: float = 1 / SURE**2) -> bool:
+        """Views, then markers, where another pose leaves less than `below` of what is left of all that is known; whether any did."""
         s, moved = self.sights, False
         for poses, numbers, ask, own, other in (
             (self.view, np.flatnonzero(self.located), self._ways_of_view, self.of_view, s.marker),
@@ -181,7 +189,7 @@ class _Growth:
             known = self.placed if other is s.marker else self.located
             for i in numbers:
                 ways, cost = ask(own[i][known[other[own[i]]]], poses[[i]])
-                if cost.min() < cost[0] / SURE**2:
+                if cost.min() < below * cost[0]:
                     poses[i], moved = ways[int(cost.argmin())], True
         return moved
 
@@ -253,6 +261,12 @@ def grow_map(sights: MarkerSights, lens: Array, views: int, markers: int) -> Map
         grown.adjust(LAST)
         if not grown.revise():
             break
-    some = np.arange(len(sights.view))
-    errors = grown.errors(some, grown.view[sights.view] @ grown.marker[sights.marker])
-    return MapStart(grown.view, grown.marker, errors)
+    return grown.start()
+
+
+def revise_map(sights: MarkerSights, lens: Array, views: Array, markers: Array) -> MapStart | None:
+    """The map of T_camera_map (V, 4, 4) and T_map_marker (M, 4, 4), which were fitted to sights through a lens (n,), with other poses where
+    these leave less; None where none does."""
+    grown = _Growth(sights, lens, len(views), len(markers))
+    grown.view, grown.marker = np.array(views), np.array(markers)
+    return grown.start() if grown.revise(LOWER) else None

@@ -10,7 +10,26 @@ from robocal.errors import require
 from robocal.geometry import se3
 from robocal.vision.sheets import SQUARE
 
-__all__ = ["MarkerMap"]
+__all__ = ["MapLens", "MarkerMap"]
+
+
+@record(eq=False)
+class MapLens:
+    """The lens of the images that a map was made from: its model, its numbers as given `before` and as found `after` the fit, the
+    covariance (k, k) of those that were `known`, as found, and that of the small motions of all markers (6M, k), and of their edges
+    (M, k) or None, with these.
+
+    The error that the given numbers had shares as much with the map as that of the found ones: with a prior of covariance P and a result
+    of covariance C, errors of the result are e = C (J^T R^-1 noise + P^-1 e_0), so that E[e e_0^T] = C.
+    """
+
+    model: str
+    known: tuple[str, ...]
+    before: tuple[float, ...]
+    after: tuple[float, ...]
+    covariance: Array
+    across: Array
+    edges: Array | None = None
 
 
 @record(eq=False)
@@ -20,7 +39,8 @@ class MarkerMap:
 
     Where sizes were found beside the places, `size_covariance` (M, 7M) is that of each edge with the small motions of all markers, and
     behind these with all edges, m and rad; `size_errors` is what the edges that were told could be off by: all alike (m), and each (of
-    itself). Every map of these prints has that error in common.
+    itself). Every map of these prints has that error in common. `lens` is what the map
+    shares with the lens of its images, where it says so.
 
     A map is known but for where it is as a whole: its covariance is the one in which no motion of all markers together is counted. z of
     a marker points out of its printed side, corners are counted from the top left: 0 (-, +), 1 (+, +), 2 (+, -), 3 (-, -).
@@ -34,6 +54,7 @@ class MarkerMap:
     source: str = ""
     size_covariance: Array | None = None
     size_errors: tuple[float, float] | None = None
+    lens: MapLens | None = None
 
     def __post_init__(self) -> None:
         count = len(self.names)
@@ -53,11 +74,16 @@ class MarkerMap:
 
     @property
     def joint(self) -> Array | None:
-        """The covariance (7M, 7M) of the small motions, and behind them of the edges; (6M, 6M) where sizes were not found."""
-        if self.covariance is None or self.size_covariance is None:
-            return self.covariance
-        across = self.size_covariance[:, : len(self.covariance)]
-        return np.block([[self.covariance, across.T], [self.size_covariance]])
+        """The covariance of the small motions (6M), behind them of the edges (M), where sizes were found, and of the numbers of the lens
+        (k), where the map says what it shares with these."""
+        out = self.covariance
+        if out is not None and self.size_covariance is not None:
+            across = self.size_covariance[:, : len(out)]
+            out = np.block([[out, across.T], [self.size_covariance]])
+        if out is None or self.lens is None:
+            return out
+        beside = self.lens.across if self.lens.edges is None else np.vstack([self.lens.across, self.lens.edges])
+        return np.block([[out, beside], [beside.T, self.lens.covariance]])
 
     @property
     def corners(self) -> Array:

@@ -1,12 +1,11 @@
 """Compiled step of the controller of a platform on cables; callers own every buffer, and nothing stays between two calls.
 
-law (LAW,): numbers by the indices below. cables (p, 14): segments of `cable_table` whose zeros (column 6) make wound(angle) a length;
-rows (d,): freedoms. body (4,): newtons and centre of the weight. bounds (3, m): least, greatest and reference tension. winches (m, 6):
-radius (m), growth (m/rad), gear, K_t (m), torque limit (N m) and elasticity (1/N). now (p, 14) and drum (m, 6): cables and winches in
-effect, which follow those at a pace. tables (2, m, k + 1): torque that turns motors towards greater angles over a turn, as they let
-out and as they wind in; k = 0: none.
-memory (MEMORY + EACH m,): what is remembered, by the indices below. seen (m,): angles of the motors (rad); sensed (m,): tensions of
-sensors (N), not a number where there is none. torque (m,): what winds cable in (N m).
+law (LAW,), bounds (BOUNDS, m), memory (MEMORY + EACH m,): numbers by the places of `control.layout`. cables (p, 14): segments of
+`cable_table` whose zeros (column 6) make wound(angle) a length; rows (d,): freedoms. body (4,): newtons and centre of the weight. winches
+(m, 6): radius (m), growth (m/rad), gear, K_t (m), torque limit (N m) and elasticity (1/N). now (p, 14) and drum (m, 6): cables and winches
+in effect, which follow those by at most a shift a period. tables (2, m, k + 1): torque that turns motors towards greater angles over a
+turn, as they let out and as they wind in; k = 0: none. seen (m,): angles of the motors (rad); sensed (m,): tensions of sensors (N), not a
+number where there is none. torque (m,): what winds cable in (N m).
 """
 
 from __future__ import annotations
@@ -16,53 +15,67 @@ import math
 import numpy as np
 
 from robocal._jit import kernel
-from robocal.cables.polytope._kernels import FOUND
-from robocal.cables.single._kernels import choose, moved, put, rigid, slopes, squares
+from robocal.cables.single._kernels import moved, put, rigid, slopes, squares
 from robocal.control._kernels import pid_step
+from robocal.control.layout._kernels import (
+    ACCELERATION,
+    ANGLE,
+    AXES,
+    BLEND,
+    CODE,
+    EACH,
+    EFFORT,
+    ERROR,
+    FILTER,
+    FIRST,
+    FOLLOW,
+    GO,
+    INTEGRAL,
+    JOINT_SPEED,
+    JOINTS,
+    KD,
+    KI,
+    KP,
+    LATE,
+    LEFT,
+    LEFT_TURN,
+    LOOP,
+    LOST,
+    MEMORY,
+    MEND,
+    MOTOR_SPEED,
+    MOVING,
+    NO_TARGET,
+    PATH,
+    PATIENCE,
+    PERIOD,
+    PUSH,
+    RATE,
+    RESIDUAL,
+    RMS,
+    ROTATION,
+    RUNNING,
+    SHIFT,
+    SPACE,
+    SPEED,
+    SPEED_FILTER,
+    STOP,
+    STRAIN,
+    STRETCH,
+    TENSION,
+    TRIM,
+    TURN_ACCELERATION,
+    TURN_GO,
+    TURN_SPEED,
+    TURN_STOP,
+    TURNING,
+    TWIST,
+    UNFOLLOWED,
+    UNMATCHED,
+)  # fmt: skip
+from robocal.control.tension._kernels import FALL, cut, hold_up, judge_tensions, note, regulate
 from robocal.control.trapezoid._kernels import approach, gate, turn_towards
 from robocal.estimate._kernels import backward, cholesky, forward
-
-# law
-PERIOD, SPEED, ACCELERATION, TURN_SPEED, TURN_ACCELERATION, LOOP = 0, 1, 2, 3, 4, 5
-STOP, GO, TURN_STOP, TURN_GO, ROTATION, SPACE, PATH = 6, 7, 8, 9, 10, 11, 12
-KP, KI, KD, FILTER, EFFORT, SPEED_FILTER = 13, 14, 15, 16, 17, 18
-METHOD, POWER, PACE, RESIDUAL, FOLLOW, LEAST, MOST, PATIENCE, STRETCH, BLEND = 19, 20, 21, 22, 23, 24, 25, 26, 27, 28
-LAW = 29
-POSE, JOINTS = 0, 1  # SPACE
-LINE, AXES = 0, 1  # PATH
-# memory: pose (16,), twist (6,), and so on; then for each cable
-TWIST, MOVING, TURNING, CODE, WHICH, VALUE, DOUBT, FREE, LEFT, LEFT_TURN, RMS = (
-    16,
-    22,
-    23,
-    24,
-    25,
-    26,
-    27,
-    28,
-    29,
-    30,
-    31,
-)
-MEMORY = 32
-INTEGRAL, ERROR, RATE, ANGLE, MOTOR_SPEED, PUSH, TENSION, STRAIN, JOINT_SPEED, LATE, FIRST, MEND = (
-    0,
-    1,
-    2,
-    3,
-    4,
-    5,
-    6,
-    7,
-    8,
-    9,
-    10,
-    11,
-)
-EACH = 12
-# why it stopped
-RUNNING, UNHELD, LOST, UNMATCHED, UNFOLLOWED, LOW, HIGH, NO_TARGET = 0, 1, 2, 3, 4, 5, 6, 7
-FALL = 0.05  # s: over which the least tension follows what the motors do beside it
 
 
 @kernel(inline=True)
@@ -73,8 +86,8 @@ def wind(winches, c, angle):
 
 
 @kernel(inline=True)
-def follow(cables, winches, seen, pace, now, drum):
-    """now, drum <- the tables in effect one period on: on a straight way, no place and no length by more than `pace`."""
+def follow(cables, winches, seen, shift, now, drum):
+    """now, drum <- the tables in effect one period on: on a straight way, no place and no length by more than `shift`."""
     differs = False
     for i in range(cables.shape[0]):
         for k in range(11):
@@ -84,7 +97,7 @@ def follow(cables, winches, seen, pace, now, drum):
         for i in range(cables.shape[0]):
             for k in range(11):
                 most = max(most, abs(cables[i, k] - now[i, k]))
-        part = min(1.0, pace / most)
+        part = min(1.0, shift / most)
         for i in range(cables.shape[0]):
             for k in range(11):
                 now[i, k] = cables[i, k] if part == 1.0 else now[i, k] + part * (cables[i, k] - now[i, k])
@@ -94,7 +107,7 @@ def follow(cables, winches, seen, pace, now, drum):
             or winches[c, 3] != drum[c, 3] or winches[c, 4] != drum[c, 4] or winches[c, 5] != drum[c, 5]
         ):  # fmt: skip
             change = abs(wind(winches, c, seen[c]) - wind(drum, c, seen[c]))
-            part = min(1.0, pace / change) if change > 0.0 else 1.0
+            part = min(1.0, shift / change) if change > 0.0 else 1.0
             for k in range(6):
                 drum[c, k] = winches[c, k] if part == 1.0 else drum[c, k] + part * (winches[c, k] - drum[c, k])
 
@@ -146,39 +159,38 @@ def asked(tables, c, angle, speed, blend):
     return back + share * (out - back)
 
 
-@kernel(inline=True)
-def note(memory, code, which, value):
-    """Keeps the first reason to stop."""
-    if memory[CODE] == RUNNING:
-        memory[CODE], memory[WHICH], memory[VALUE] = code, which, value
-
-
 @kernel
 def control_step(law, cables, rows, body, bounds, winches, tables, goal, seen, sensed, now, drum, memory, torque):
     """now, drum, memory and torque (m,) <- those of the next period, for a goal (4, 4) and what sensors show."""
     m, d, period = winches.shape[0], rows.shape[0], law[PERIOD]
     full, slope, j, r, length = np.empty(m), np.empty((m, 6)), np.empty((m, d)), np.empty(m), np.empty(m)
-    a, g, way, turn = np.empty((d, d)), np.empty(d), np.empty(6), np.empty((3, 3))
+    a, g, way, turn, last = np.empty((d, d)), np.empty(d), np.empty(6), np.empty((3, 3)), np.empty((4, 4))
     each = memory[MEMORY:].reshape((EACH, m))
     pose = memory[:16].reshape((4, 4))
     twist = memory[TWIST : TWIST + 6]
-    follow(cables, winches, seen, law[PACE], now, drum)
+    known = True
     for c in range(m):
-        wanted = each[STRAIN, c] if law[STRETCH] != 0.0 else 0.0
-        each[MEND, c] += min(law[PACE], max(-law[PACE], wanted - each[MEND, c]))
-        length[c] = wind(drum, c, seen[c]) + each[MEND, c]
-        quick = (seen[c] - each[ANGLE, c]) / period
-        each[ANGLE, c] = seen[c]
-        each[MOTOR_SPEED, c] += period / (law[SPEED_FILTER] + period) * (quick - each[MOTOR_SPEED, c])
-    memory[RMS] = locate(length, now, rows, 2, pose, full, slope, j, a, g, r)
-    if not (math.isfinite(memory[RMS]) and rigid(pose)):
-        note(memory, LOST, -1.0, memory[RMS])
+        known = known and math.isfinite(seen[c]) and winches[c, 0] + winches[c, 1] * seen[c] / winches[c, 2] > 0.0
+    put(pose, last)
+    if known:
+        follow(cables, winches, seen, law[SHIFT], now, drum)
+        for c in range(m):
+            wanted = each[STRAIN, c] if law[STRETCH] != 0.0 else 0.0
+            each[MEND, c] += min(law[SHIFT], max(-law[SHIFT], wanted - each[MEND, c]))
+            length[c] = wind(drum, c, seen[c]) + each[MEND, c]
+            quick = (seen[c] - each[ANGLE, c]) / period
+            each[ANGLE, c] = seen[c]
+            each[MOTOR_SPEED, c] += period / (law[SPEED_FILTER] + period) * (quick - each[MOTOR_SPEED, c])
+        memory[RMS] = locate(length, now, rows, 2, pose, full, slope, j, a, g, r)
+    if not (known and math.isfinite(memory[RMS]) and rigid(pose)):
+        put(last, pose)
+        note(memory, LOST, -1.0, math.nan)
     elif not memory[RMS] <= law[RESIDUAL]:
         worst = 0
         for c in range(m):
             worst = c if abs(r[c]) > abs(r[worst]) else worst
         note(memory, UNMATCHED, float(worst), memory[RMS])
-    if not rigid(goal):
+    if not (rigid(goal) and reachable(goal, pose, rows, law[GO], law[TURN_GO])):
         note(memory, NO_TARGET, -1.0, 0.0)
     if memory[CODE] == LOST or memory[CODE] == UNMATCHED or memory[CODE] == UNFOLLOWED:
         for c in range(m):  # nothing that is known says where to pull: the brakes hold
@@ -186,32 +198,57 @@ def control_step(law, cables, rows, body, bounds, winches, tables, goal, seen, s
         for i in range(6):
             twist[i] = 0.0
         return
-    aim(law, goal, pose, slope, rows, way, turn, memory, twist, each)
+    aim(law, goal, pose, slope, now, rows, way, turn, memory, twist, each, full)
+    for c in range(m):
+        length[c] += now[c, 6]
     hold_up(law, rows, body, bounds, pose, slope, memory, each, full)
+    regulate(law, bounds, sensed, j, a, g, each, r, full)
     for c in range(m):
         radius = (drum[c, 0] + drum[c, 1] * seen[c] / drum[c, 2]) / drum[c, 2]
         wanted = each[JOINT_SPEED, c] / radius
         error = wanted - each[MOTOR_SPEED, c]
-        integral, last, rate, effort = pid_step(
+        integral, before, rate, effort = pid_step(
             law[KP], law[KI], law[KD], law[FILTER], law[EFFORT], period,
             each[INTEGRAL, c], each[ERROR, c], each[RATE, c], error,
         )  # fmt: skip
-        each[INTEGRAL, c], each[ERROR, c], each[RATE, c] = integral, last, rate
+        each[INTEGRAL, c], each[ERROR, c], each[RATE, c] = integral, before, rate
         each[PUSH, c] += period / (FALL + period) * (effort / drum[c, 3] - each[PUSH, c])
         # a motor never pushes its cable out: it only pulls less
-        raw = max(0.0, drum[c, 3] * each[TENSION, c] - effort) - asked(tables, c, seen[c], wanted, law[BLEND])
+        pull = drum[c, 3] * (each[TENSION, c] + each[TRIM, c])
+        raw = max(0.0, pull - effort) - asked(tables, c, seen[c], wanted, law[BLEND])
         torque[c] = min(drum[c, 4], max(-drum[c, 4], raw))
         each[LATE, c] = each[LATE, c] + period if abs(error) > law[FOLLOW] else 0.0
         if each[LATE, c] > law[PATIENCE]:
             note(memory, UNFOLLOWED, float(c), error)
-        change = drum[c, 5] * each[TENSION, c] * (length[c] + now[c, 6]) - each[FIRST, c] - each[STRAIN, c]
+        # a sensor knows what friction holds back in the winch
+        drawn = sensed[c] if math.isfinite(sensed[c]) else each[TENSION, c]
+        change = drum[c, 5] * (drawn * length[c] - each[FIRST, c]) - each[STRAIN, c]
         each[STRAIN, c] += period / (FALL + period) * change
     cut(j, a, g, drum, each[INTEGRAL], r)
-    judge_tensions(law, sensed, memory)
+    judge_tensions(law, bounds, sensed, memory, each)
 
 
 @kernel(inline=True)
-def aim(law, goal, pose, slope, rows, way, turn, memory, twist, each):
+def reachable(goal, pose, rows, near, level):
+    """Whether a goal is off by no more than `near` (m) and `level` (rad) along what the platform cannot do."""
+    d = rows.shape[0]
+    if d == 6:
+        return True
+    turn, way = np.empty((3, 3)), np.zeros(6)
+    turn_towards(goal, pose, 0, turn, way[3:])
+    for i in range(3):
+        way[i] = goal[i, 3] - pose[i, 3]
+    good = True
+    for i in range(6):
+        free = False
+        for c in range(d):
+            free = free or rows[c] == i
+        good = good and (free or abs(way[i]) <= (near if i < 3 else level))
+    return good
+
+
+@kernel(inline=True)
+def aim(law, goal, pose, slope, now, rows, way, turn, memory, twist, each, there):
     """twist (6,) and the speeds of the cables <- the next ones on the way to a goal; a stop brakes them."""
     m, d, period = slope.shape[0], rows.shape[0], law[PERIOD]
     for i in range(6):
@@ -235,12 +272,12 @@ def aim(law, goal, pose, slope, rows, way, turn, memory, twist, each):
     level = gate(turned, memory[TURNING], law[TURN_STOP], law[TURN_GO])
     axes, loop = law[PATH] == AXES, law[LOOP]
     if law[SPACE] == JOINTS:
-        reach = np.empty(m)
-        for c in range(m):
-            s = 0.0
-            for i in range(6):
-                s += slope[c, i] * way[i]
-            reach[c] = s
+        reach, here, gradient = np.zeros(m), np.empty(m), np.empty((m, 6))
+        if memory[CODE] == RUNNING:  # on straight ways of their own, the lengths of the goal
+            slopes(pose, now, here, gradient)
+            slopes(goal, now, there, gradient)
+            for c in range(m):
+                reach[c] = there[c] - here[c]
         factor = max(near, level)
         approach(reach, 0, m, axes, law[SPEED], law[ACCELERATION], period, loop, factor, each[JOINT_SPEED])
     else:
@@ -251,66 +288,3 @@ def aim(law, goal, pose, slope, rows, way, turn, memory, twist, each):
             for i in range(6):
                 s += slope[c, i] * twist[i]
             each[JOINT_SPEED, c] = s
-
-
-@kernel(inline=True)
-def hold_up(law, rows, body, bounds, pose, slope, memory, each, full):
-    """The tensions in `each` <- those that hold the platform; the least of a cable is above what its motor lets go beside them."""
-    m, d = bounds.shape[1], rows.shape[0]
-    lifted, w, load = np.empty((3, m)), np.empty((1, d, m)), np.empty((1, d))
-    x = pose[0, 0] * body[1] + pose[0, 1] * body[2] + pose[0, 2] * body[3]
-    y = pose[1, 0] * body[1] + pose[1, 1] * body[2] + pose[1, 2] * body[3]
-    for i in range(d):
-        row = rows[i]
-        load[0, i] = -body[0] if row == 2 else (-y * body[0] if row == 3 else (x * body[0] if row == 4 else 0.0))
-        for c in range(m):
-            w[0, i, c] = -slope[c, row]
-    for c in range(m):
-        most = max(bounds[0, c], 0.5 * (bounds[0, c] + bounds[1, c]))
-        lifted[0, c] = min(bounds[0, c] + max(0.0, each[PUSH, c]), most)
-        lifted[1, c], lifted[2, c] = bounds[1, c], bounds[2, c]
-    code = choose(w, load, lifted, int(law[METHOD]), law[POWER], full)
-    if code != FOUND:
-        code = choose(w, load, bounds, int(law[METHOD]), law[POWER], full)
-    if code == FOUND:
-        for c in range(m):
-            each[TENSION, c] += law[PERIOD] / (FALL + law[PERIOD]) * (full[c] - each[TENSION, c])
-    else:
-        note(memory, UNHELD, -1.0, float(code))
-
-
-@kernel(inline=True)
-def cut(j, a, g, drum, integral, r):
-    """integral (m,) <- the part of it that moves the platform: what only strains it is left out. a (d, d) is the factor of j^T j."""
-    m, d = j.shape
-    for c in range(m):
-        r[c] = integral[c] / drum[c, 3]
-    for i in range(d):
-        s = 0.0
-        for c in range(m):
-            s += j[c, i] * r[c]
-        g[i] = s
-    forward(a, d, g)
-    backward(a, d, g)
-    for c in range(m):
-        s = 0.0
-        for i in range(d):
-            s += j[c, i] * g[i]
-        integral[c] = s * drum[c, 3]
-
-
-@kernel(inline=True)
-def judge_tensions(law, sensed, memory):
-    """Stops where sensors have shown a tension beyond its limits for longer than is borne."""
-    low = high = -1
-    for c in range(sensed.shape[0]):
-        if sensed[c] < law[LEAST]:
-            low = c
-        if sensed[c] > law[MOST]:
-            high = c
-    memory[DOUBT] = memory[DOUBT] + law[PERIOD] if low >= 0 or high >= 0 else 0.0
-    if memory[DOUBT] > law[PATIENCE]:
-        if low >= 0:
-            note(memory, LOW, float(low), sensed[low])
-        else:
-            note(memory, HIGH, float(high), sensed[high])

@@ -58,11 +58,12 @@ def approach(way, first, count, axes, most, acceleration, period, loop, factor, 
 @kernel
 def turn_towards(goal, pose, kind, relative, out):
     """out (3,) <- the rotation vector that turns `pose` (4, 4) into `goal`, base axes: the logarithm of Q Q~^T; or the projection of Q
-    on the rates that Q~ can have, whose length is the sine of the angle."""
+    on the rates that Q~ can have, whose length is the sine of the angle. Beyond a right angle, where the sine falls to nothing at half
+    a turn, it is the logarithm too."""
     for i in range(3):
         for k in range(3):
             relative[i, k] = goal[i, 0] * pose[k, 0] + goal[i, 1] * pose[k, 1] + goal[i, 2] * pose[k, 2]
-    if kind == PROJECTION:
+    if kind == PROJECTION and relative[0, 0] + relative[1, 1] + relative[2, 2] > 1.0:
         out[0] = 0.5 * (relative[2, 1] - relative[1, 2])
         out[1] = 0.5 * (relative[0, 2] - relative[2, 0])
         out[2] = 0.5 * (relative[1, 0] - relative[0, 1])

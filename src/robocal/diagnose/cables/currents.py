@@ -77,14 +77,14 @@ def currents(context: Context[CableRobot]) -> Iterator[Finding]:
     robot, data = context.model, context.need_data
     for obs in data.observations:
         if obs.kind == "winches" and "current" in obs.extra and "axis" in obs.extra:
-            finding = _judge(robot, obs, WinchReading.of(robot, data, obs))
+            finding = _judge(robot, obs, WrenchBalance.of(robot, data, obs))
             if finding is not None:
                 yield finding
                 return
 
 
 @record(eq=False)
-class WinchReading:
+class WrenchBalance:
     """Wrenches that tensions make, W (k, d, m), and that of the platform, w (k, d), of configurations `at` (k,) with currents (k, m) in A
     and speeds (k, m) in m/s; `body` (k, d, n) is what free numbers of the platform do."""
 
@@ -97,7 +97,7 @@ class WinchReading:
     speed: Array
 
     @classmethod
-    def of(cls, robot: CableRobot, data: DataSet, obs: Observations) -> WinchReading:
+    def of(cls, robot: CableRobot, data: DataSet, obs: Observations) -> WrenchBalance:
         """Those of one file."""
         at, first = np.unique(obs.configuration, return_index=True)
         t, rows = _poses(robot, data)[at], list(robot.axes)
@@ -174,7 +174,7 @@ def _poses(robot: CableRobot, data: DataSet) -> Array:
     return t
 
 
-def _judge(robot: CableRobot, obs: Observations, found: WinchReading) -> Finding | None:
+def _judge(robot: CableRobot, obs: Observations, found: WrenchBalance) -> Finding | None:
     """What is wrong with these currents, if anything is."""
     weight = _rms(found.wrench[:, :3])
     if len(found.at) < limits.TENSION_POSES or not weight > 0 or not np.isfinite(found.structure).all():
@@ -188,7 +188,7 @@ def _judge(robot: CableRobot, obs: Observations, found: WinchReading) -> Finding
     return _gain(obs, found, k)
 
 
-def _cause(robot: CableRobot, obs: Observations, found: WinchReading, left: float) -> Finding | None:
+def _cause(robot: CableRobot, obs: Observations, found: WrenchBalance, left: float) -> Finding | None:
     """The one mistake with which the same currents hold the platform."""
     i, enough = found.current, limits.TENSION_CLEARLY * left
     m, names = i.shape[1], robot.cables
@@ -226,7 +226,7 @@ def _exchange(current: Array, one: int, other: int) -> Array:
     return out
 
 
-def _gain(obs: Observations, found: WinchReading, k: float) -> Finding | None:
+def _gain(obs: Observations, found: WrenchBalance, k: float) -> Finding | None:
     """That an ampere pulls far more or less than is stated, where a prior or nobody lets it."""
     values, priors = obs.options["values"], obs.options.get("priors")
     assert isinstance(values, dict)

@@ -10,7 +10,7 @@ import numpy as np
 
 from robocal.cables.geometry import CableRobot, straight
 from robocal.diagnose.check_registry import Context, Finding, Given, When, check, note, refuse
-from robocal.diagnose.limits import CABLE_COPIES, SIZE_CONFIGURATIONS, SIZES_APART
+from robocal.diagnose.limits import COPIES, SIZE_CONFIGURATIONS, SIZES_APART
 from robocal.measure.data import Observations
 from robocal.measure.lengths import gains_at, locate_platform, owner, readings
 from robocal.measure.machine import Model
@@ -69,7 +69,7 @@ def copies(context: Context[Model]) -> Iterator[Finding]:
             parts.setdefault(c, []).append(value.tobytes())
     seen: dict[bytes, int] = {}
     again = [(c, first) for c, part in parts.items() if (first := seen.setdefault(b"".join(part), c)) != c]
-    if CABLE_COPIES * len(parts) < len(again) and len(set(seen.values())) > 1:
+    if COPIES * len(parts) < len(again) and len(set(seen.values())) > 1:
         c, first = again[0]
         ids, source = data.configurations.ids, data.observations[0].source
         yield refuse(COPIED, source=source, count=len(again), of=len(parts), one=str(ids[c]), other=str(ids[first]))

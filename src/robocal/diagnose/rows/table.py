@@ -13,7 +13,7 @@ from robocal import _scipy as scipy
 from robocal._record import record
 from robocal._types import Array, Bools, Ints
 from robocal.diagnose.check_registry import Context, Finding, Given, M_co, Machines, When, check, doubt, refuse
-from robocal.diagnose.limits import COPY_CHANCE, QUIETEST, REPEAT_SIGMA, STILL_MOVED, STILL_PLACES
+from robocal.diagnose.limits import COPIES, COPY_CHANCE, QUIETEST, REPEAT_SIGMA, STILL_MOVED, STILL_PLACES
 from robocal.measure.base import kind_of
 from robocal.measure.data import Configurations, Observations
 from robocal.measure.machine import Model, joints_of
@@ -94,14 +94,16 @@ def repeat_findings(obs: Observations, configurations: Configurations, file: str
 
 def _twice(obs: Observations, order: Ints, first: Ints, file: str) -> Iterator[Finding]:
     """One line on rows that are copies of others. A single number whose noise nobody stated may read alike twice, and a contact has no
-    reading; and where an instrument shows few digits, honest repeats agree in all of them now and then."""
+    reading; and where an instrument shows few digits, honest repeats agree in all of them now and then. A share that makes every sigma
+    too small is refused, unless the quietest robot and instrument could agree as often."""
     assert obs.rows is not None
     if obs.value.shape[1] < 2 and obs.sigma is None:
         return
     if not obs.value.any():  # what was read is among the facts by which rows were put together
         again = np.flatnonzero(order != first)
         a, b = min(sorted((int(obs.rows[order[i]]), int(obs.rows[first[i]]))) for i in again)
-        yield doubt(Code.COPIED, file=file, count=len(again), first=a, second=b)
+        level = refuse if len(again) > COPIES * len(obs) else doubt
+        yield level(Code.COPIED, file=file, count=len(again), first=a, second=b)
         return
     read = np.column_stack([first, obs.value[order]])
     _, index, key = np.unique(read, axis=0, return_index=True, return_inverse=True)
@@ -113,22 +115,27 @@ def _twice(obs: Observations, order: Ints, first: Ints, file: str) -> Iterator[F
     size = np.bincount(first, minlength=len(obs))
     honest = (order != first) & ~copy
     pairs = float((size * (size - 1) / 2).sum())
-    if scipy.special.pdtrc(len(found) - 1, pairs * _agreeing(obs, order[honest], first[honest])) > COPY_CHANCE:
+
+    def beyond(chance: float) -> bool:
+        return bool(scipy.special.pdtrc(len(found) - 1, pairs * chance) <= COPY_CHANCE)
+
+    if not beyond(_agreeing(obs, order[honest], first[honest])):
         return
+    level = refuse if len(found) > COPIES * len(obs) and beyond(_agreeing(obs)) else doubt
     a, b = min(sorted(int(obs.rows[order[i]]) for i in (original[k], k)) for k in found)
-    yield doubt(Code.COPIED, file=file, count=len(found), first=a, second=b)
+    yield level(Code.COPIED, file=file, count=len(found), first=a, second=b)
 
 
-def _agreeing(obs: Observations, one: Ints, other: Ints) -> float:
+def _agreeing(obs: Observations, one: Ints | None = None, other: Ints | None = None) -> float:
     """The chance that two honest readings of one place agree to the last digit: of each number step / (2 sqrt(pi) sigma),
-    with the step in which it is written and sigma as stated, as other repeats scatter, or as little as anything does."""
+    with the step in which it is written and sigma as stated, or as other repeats scatter; without these as little as anything does."""
     chance = 1.0
     for start, stop, unit in kind_of(obs).parts:
         for i in range(start, stop):
             step = _step(obs.value[:, i])
-            if obs.sigma is not None:
+            if one is not None and obs.sigma is not None:
                 sigma = float(np.sqrt(np.mean(obs.sigma[:, i] ** 2)))
-            elif len(one):
+            elif one is not None and len(one):
                 sigma = float(np.sqrt(np.mean((obs.value[one, i] - obs.value[other, i]) ** 2) / 2))
             else:
                 sigma = QUIETEST.get(unit, 0.0)

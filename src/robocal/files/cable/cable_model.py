@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, FiniteFloat
 
 from robocal._record import record
 from robocal._types import Array
@@ -107,10 +107,11 @@ class PlatformModel(FileModel):
 
 class CableCalibrateModel(FileModel):
     """What is to be identified: ax ay az bx by bz l0 gain, a cable, or single names; and how far off what is stated may be, one standard
-    deviation by symbol or single name."""
+    deviation by symbol or single name. `correlation` is of priors that are all single names, in their order."""
 
     free: list[str]
     prior: dict[str, Any] = Field(default_factory=dict)
+    correlation: list[list[FiniteFloat]] | None = None
 
 
 OrEmpty = BeforeValidator(lambda value: {} if value is None else value)

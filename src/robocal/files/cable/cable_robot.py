@@ -53,8 +53,10 @@ from robocal.files.cable.segment_rows import (
     shared_ends,
 )  # fmt: skip
 from robocal.files.schema import validate
+from robocal.files.stated_covariance import covariance_of
 from robocal.files.text import ROBOT_LIMIT, Source, read_text
 from robocal.files.yamlio import Path_, YamlDocument, parse
+from robocal.parameters import ParameterTable
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 
@@ -244,7 +246,7 @@ def _robot(model: CableRobotModel, rows: list[CableRow], values: CableValues) ->
     free = {
         n for i, word in enumerate(model.calibrate.free) for n in _match(robot, word, ("calibrate", "free", i), values)
     }
-    return replace(robot, table=robot.table.with_free(free).with_priors(_priors(robot, model.calibrate, values)))
+    return replace(robot, table=_with_priors(robot, model.calibrate, values).with_free(free))
 
 
 def _match(robot: CableRobot, word: str, at: Path_, values: CableValues) -> tuple[str, ...]:
@@ -259,6 +261,20 @@ def _match(robot: CableRobot, word: str, at: Path_, values: CableValues) -> tupl
     except ModelError as error:
         expected = f"a parameter, a cable or one of {', '.join((*SYMBOLS, *WHEEL, *RAIL, STRETCH, GAIN, BUILD_UP))}"
         values.document.fail(error.message, at, found=word, expected=expected, suggestion=error.suggestion)
+
+
+def _with_priors(robot: CableRobot, said: CableCalibrateModel, values: CableValues) -> ParameterTable:
+    """The table of a robot with what is said beforehand of its numbers, each alone, or together where correlations are stated."""
+    priors = _priors(robot, said, values)
+    if said.correlation is None:
+        return robot.table.with_priors(priors)
+    at = ("calibrate", "correlation")
+    expected = "priors of single names, of which it has rows and columns"
+    for word in said.prior:
+        values.document.insist(word in robot.table, "a correlation with many", at, found=word, expected=expected)
+    priors = {word: priors[word] for word in said.prior}
+    covariance = covariance_of(values.document, priors, said.correlation, tuple(priors), ("calibrate",), of="prior")
+    return robot.table.with_covariance(tuple(priors), covariance)
 
 
 def _priors(robot: CableRobot, said: CableCalibrateModel, values: CableValues) -> dict[str, float]:

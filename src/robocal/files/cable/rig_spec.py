@@ -58,7 +58,7 @@ class RigPosesModel(FileModel):
     """How many poses, and the box in which they are drawn; tilts up to tilt_max about any level axis."""
 
     calibration: Count
-    verification: Count = 10
+    verification: Annotated[int, Field(ge=2, le=10_000)] = 10
     x: Range
     y: Range
     z: Range
@@ -107,7 +107,7 @@ class MarkersModel(FileModel):
 class SightingModel(FileModel):
     """When a marker is seen."""
 
-    angle_from_axis_below: Positive = 45.0
+    angle_from_axis_below: Annotated[float, Field(gt=0, lt=90)] = 45.0
     border_px: NotNegative = 8.0
     side_px_above: NotNegative = 20.0
 
@@ -244,6 +244,9 @@ def read_cable_rig(path: str | os.PathLike[str]) -> CableRigSpec:
     for key, pair in (("limits_N", said.tensions.limits_N), ("pose_kept_if_within_N", said.tensions.allowed_N)):
         good = pair is None or 0 <= pair[0] < pair[1]
         document.insist(good, "no range", ("tensions", key), found=pair, expected="two tensions, the lower first")
+    (least, most), preferred = said.tensions.limits_N or said.tensions.allowed_N, said.tensions.preferred_N
+    expected, at = f"between {least:g} and {most:g}", ("tensions", "preferred_N")
+    document.insist(least <= preferred <= most, "beyond the limits", at, found=preferred, expected=expected)
     _wrongs(said, document, m)
     width, height = said.camera.resolution
     centre = [_drawn(said.camera.cx, width / 2, ("camera", "cx"), document),

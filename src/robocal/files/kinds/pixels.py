@@ -22,10 +22,11 @@ from robocal.files.csvtable import CsvTable
 from robocal.files.datamodel import FramedModel, SigmaModel, ValueModel
 from robocal.files.kinds.corner_covariance import COVARIANCE, WITH_OTHERS, columns_of, corner_covariances
 from robocal.files.kinds.kind import Around, KindFile, KindOutput, Part, QuantityColumns, Values, whole
-from robocal.files.lens import Numbers, covariance_of, read_lens, spread_keys
+from robocal.files.lens import Numbers, read_lens, spread_keys
 from robocal.files.other_lenses import check_numbers
 from robocal.files.parts import SCHEMA
 from robocal.files.schema import FileModel, Name
+from robocal.files.stated_covariance import covariance_of
 from robocal.files.text import InputFile
 from robocal.files.units import UNITS, Units, number
 from robocal.files.yamlio import YamlDocument, read_json

@@ -313,9 +313,13 @@ class CableRemarks:
         "{cable} is {share:.0%} longer under {tension:.3g}: a rope breaks before",
         "Check the elasticity in the robot's file and its unit, and that of the tensions.",
     )
+    CABLE_TOO_LIGHT = Phrase(
+        "by weight and elasticity sound runs at {speed:.3g} in {cable}, faster than in any material",
+        "Check density and elasticity of the cables, and their units.",
+    )
     SPAN_UNLIKE = Phrase(
         "the level cable of the table is {span:.4g} long, the longest cable at the poses {longest:.4g}",
-        "Give --span in the robot file's unit of length.",
+        "Give --span in {unit}, the unit of the robot's file.",
     )
     TENSIONS_BEYOND = Phrase(
         "the tensions are {low:.4g~} to {high:.4g}, the robot's file allows {least:.4g~} to {most:.4g}",

@@ -34,8 +34,9 @@ class DriveRemarks:
     )
     DRIVE_EFFORT_SIZE = Phrase(
         "the effort of {log} reaches {value:.3g} {unit}: no motor without a load asks for so {word}",
-        "Correct the unit of the effort.",
+        "Correct the unit of the effort[; if something hangs on the shaft, say so ({option})].",
     )
+    DRIVE_PART_COMPARED = Phrase("{missing} of the 12 arcs of a turn are not in {log}: nothing is compared there")
     DRIVE_AT_LIMIT = Phrase(
         "{share:.0%} of the rows of {log} stand at one effort, {value:.4g} {unit}: a limit of the drive cuts the curve off",
         "Raise the limit of the current, and sweep again.",
@@ -77,6 +78,10 @@ class DriveRemarks:
         "{slots} slots and {poles} poles name {share:.0%} of the variance of the orders",
         "Count the slots and poles again[: {others} would name the strongest orders].",
     )
+    DRIVE_ONE_UNLIKE = Phrase(
+        "no winding with {said} has these orders; one of {slots} slots and {poles} poles has",
+        "Count the slots and poles again.",
+    )
     DRIVE_WINDING = Phrase("a motor with {slots} slots and {poles} poles has these orders")
     DRIVE_SENSOR_ORDERS = Phrase(
         "the orders {orders} come once and twice per pole pair: what current sensors make, beside what slots make"
@@ -99,6 +104,16 @@ class DriveRemarks:
         "{count} rows of {log} repeat the row before, as a logger faster than its drive writes them: left out"
     )
     DRIVE_TIME_ANEW = Phrase("time starts anew in line {lines} of {log}: read as {count} sweeps, one after the other")
+    DRIVE_LAG_FAR = Phrase(
+        "harmonics of one direction explain {other:.0%} of the other in the log of {log}[, {apart:.3g} {unit} apart]: effort and angle may "
+        "be logged at different moments[, by {delay:.2g} s], or there is play between motor and encoder",
+        "Log both at one moment; without a delay, a sweep at half the speed shows the same.",
+    )
+    DRIVE_ARC_UNREAD = Phrase(
+        "{width:.3g} deg[ in each {period:.3g} deg of the turn] were read in neither direction, more than a quarter period of order "
+        "{order}: the table says nothing there",
+        "Sweep there as well; a rotor that escapes needs a stiffer position loop.",
+    )
     DRIVE_TABLE_LOST = Phrase(
         "{lost:.3g} deg of the tables have no reading near, in neither direction",
         "Log more often, or take a wider --window.",

@@ -83,8 +83,8 @@ class IdentificationRemarks:
         "Check it, or identify it ({line} in the data file).",
     )
     LATE_DOUBTED = Phrase(
-        "{group}: the readings seem to be taken[ {before:.3g} before][ {after:.3g} after] {than} ({z:.0f} sigma): this "
-        "time offset explains {share:.0%} of the squared residuals",
+        "{group}: the readings seem to be taken[ {before:.3g} before][ {after:.3g} after] {than} (sigma {sigma:.2g}, {z:.0f} sigma): "
+        "this time offset explains {share:.0%} of the squared residuals",
         "Check the clocks, the filters of the instrument, and whether values were read or commanded. Or measure at rest.",
     )
     SCALE_DOUBTED = Phrase(

@@ -129,8 +129,8 @@ class VerdictRemarks:
         "Correct it in the data file, or identify it ({line}).",
     )
     LATE = Phrase(
-        "{group}: the readings seem to be taken[ {before:.3g} before][ {after:.3g} after] {than} ({z:.0f} sigma): this "
-        "time offset explains {share:.0%} of the squared residuals",
+        "{group}: the readings seem to be taken[ {before:.3g} before][ {after:.3g} after] {than} (sigma {sigma:.2g}, {z:.0f} sigma): "
+        "this time offset explains {share:.0%} of the squared residuals",
         "Measure at rest, or synchronise both clocks: shift the readings, or their times, by this offset.[ Commanded joint "
         "values in place of actual ones look the same. So may backlash that every path takes up in one direction ({option}).]",
     )

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from robocal.report.sections import Section, Text, ends, figure, quiet, table
-from robocal.report.verification import verification_sections
+from robocal.report.sections import Block, Detail, Figure, Pair, Section, Text, ends, figure, quiet, table
+from robocal.report.verification import BARS, Spread, draw_spreads, verification_sections
 
-__all__ = ["commissioning_details", "commissioning_sections"]
+__all__ = ["commissioning_details", "commissioning_sections", "thesis_figures"]
 
 # Of lists A, B and C with a camera: r, then mean and deviation relative to the marker and to the first pose (mm), and the same in deg.
 # Source: the thesis behind `examples/cable-laval`, tables 3.3, 3.4 and 3.5.
@@ -57,7 +57,7 @@ def _tables(listing: Any) -> Iterator[Section]:
 
     def rows(keys: tuple[str, ...], thesis: Mapping[str, tuple[float, ...]]) -> list[tuple[str, ...]]:
         mine = [(n, "this run", *(figure(columns[k][i], 3) for k in keys)) for i, n in enumerate(names)]
-        return mine + [(n, "thesis", *(f"{v:g}" for v in values)) for n, values in thesis.items()]
+        return mine + [(n, "thesis", *(f"{v:.1f}" for v in values)) for n, values in thesis.items()]
 
     nine = (
         "list",
@@ -106,6 +106,34 @@ def _tables(listing: Any) -> Iterator[Section]:
 
 
 def commissioning_details(found: Any) -> Iterator[Section]:
-    """The pictures of `verify`: figures 3.17 and 3.22 to 3.25."""
-    if found.verified is not None:
-        yield from (s for s in verification_sections(found.verified.document) if s.key in ("means", "lists", "places"))
+    """The pictures of `verify`: figures 3.22 to 3.25 beside the thesis' own, means by view and list, and figure 3.17."""
+    if found.verified is None:
+        return
+    columns = {c.name: list(c.values) for c in found.listing.columns}
+    title = "Means and deviations beside the thesis (figures 3.22 to 3.25)"
+    drawn = Detail(lambda: thesis_figures(columns))
+    yield Section.of("", drawn, title=title, key="beside", brief=(), folded=True)
+    yield from (s for s in verification_sections(found.verified.document) if s.key in ("means", "lists", "places"))
+
+
+def thesis_figures(columns: Mapping[str, list[Any]]) -> Iterator[Block]:
+    """By list: the robot relative to the first pose, then camera and instrument, and camera and robot; this run and the thesis."""
+
+    def rows(key: str, thesis: Mapping[str, tuple[float, ...]], at: int) -> list[Spread]:
+        mine = zip(columns["list"], columns[key], columns[f"{key}_sd"], strict=True)
+        # What no camera saw has no mean.
+        out: list[Spread] = [(f"{n}, this run", m, None if s != s else s, None) for n, m, s in mine if m == m]
+        return out + [(f"{n}, thesis", v[at], v[at + 1], None) for n, v in thesis.items()]
+
+    for heads, parts in (
+        (("3.22", "3.23"), (("relative to the first pose", "{}_first", THESIS, (3, 7)),)),
+        (("3.24", "3.25"), (("camera and instrument", "camera_{}", THESIS_CAMERA, (0, 2)),
+                            ("camera and robot", "between_{}", THESIS_BETWEEN, (0, 2)))),
+    ):  # fmt: skip
+        both = []
+        for k, (what, unit) in enumerate((("position", "mm"), ("orientation", "deg"))):
+            spreads = {view: rows(key.format(what), thesis, at[k]) for view, key, thesis, at in parts}
+            svg = draw_spreads(spreads, unit, f"figure-{heads[k].replace('.', '-')}", f"Errors of the {what}, by list")
+            both.append(Figure(svg, "", f"Figure {heads[k]}: {what} [{unit}]"))
+        yield Pair(tuple(both))
+    yield from quiet(BARS.partition(", the small mark")[0] + ".")

@@ -81,7 +81,7 @@ def copied(data: DataSet) -> tuple[Remark | None, bool]:
     for row in rows:
         count[row[2]] = count.get(row[2], 0) + 1
         again += [row] if count[row[2]] > 1 else []
-    if len(again) <= limits.CABLE_COPIES * len(rows):
+    if len(again) <= limits.COPIES * len(rows):
         return None, False
     said = Remark.of(Code.LOADS_COPIED, count=len(again), of=len(rows), row=again[0][1], file=again[0][0])
     return said, min(count.values()) > 1

@@ -10,6 +10,7 @@ from robocal._scipy import special
 from robocal._types import Array
 from robocal.diagnose.cables.power_up import RoughKnowledge, balance_chance, explain, explain_balance, lengths_chance
 from robocal.diagnose.limits import CABLE_RIG_CHANCE, CABLE_RIG_STOP
+from robocal.errors import ModelError
 from robocal.geometry import se3
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -109,7 +110,12 @@ def _winches(motion: RigMotion, rng: np.random.Generator) -> Remark | None:
     world = motion.world
     said = world.spec.model
     least = SLACK_SHARE * float(world.spec.limits[0])
-    found, tension = examine_winches(motion.plant, motion.wiring, motion.driven, least)
+    try:
+        found, tension = examine_winches(motion.plant, motion.wiring, motion.driven, least)
+    except ModelError as error:
+        raise error.of_file(
+            world.spec.file.file, key="drives.coulomb_N_m", expected="less than the cables pull"
+        ) from None
     if found is None:
         told = tension * (1 + rng.normal(scale=said.cable.tension_known_to, size=len(tension)))
         return _balance(motion, np.abs(told))

@@ -12,7 +12,8 @@ import numpy as np
 from robocal._record import record, replace
 from robocal._types import Array
 from robocal.apply.verification import errors, relative
-from robocal.errors import require
+from robocal.cables.calibration.beacons import gauge_of
+from robocal.errors import FormatError, ModelError
 from robocal.files.cable.rig_spec import CableRigSpec, read_cable_rig
 from robocal.files.cable.write import describe_cable
 from robocal.files.images import encode_png
@@ -28,6 +29,7 @@ from robocal.session.commissioning.rig_calibration import CalibratedList, Verifi
 from robocal.session.commissioning.rig_checks import check_rig, remark_of_stop
 from robocal.session.commissioning.rig_files import LABEL
 from robocal.session.commissioning.rig_folder import list_files, verification_files, whole_poses
+from robocal.session.commissioning.rig_images import check_family
 from robocal.session.commissioning.rig_motion import RigMotion, Stop, power_up
 from robocal.session.commissioning.rig_world import RigWorld, draw_poses, draw_world
 from robocal.session.verb_base import VerbResult
@@ -106,13 +108,17 @@ class Commissioned(VerbResult):
             return None
         ids: list[str] = []
         labels: list[str] = []
-        parts: dict[str, list[Array]] = {s: [] for s in ("reference", *SOURCES)}
+        parts: dict[str, list[Array]]
         each: dict[str, dict[str, Views]] = {}
+        # A camera that sees the floor at fewer than two poses of a list has nothing to be compared by.
+        seen = all(whole_poses(d.verified.camera).sum() > 1 for d in self.done)
+        names = SOURCES if seen else SOURCES[:1]
+        parts = {s: [] for s in ("reference", *names)}
         for done in self.done:
             v = done.verified
-            good = whole_poses(v.camera)
+            good = whole_poses(v.camera) if seen else np.ones(len(v.robot), dtype=bool)
             reference = v.recording.reference[good]
-            mine = {"robot": v.robot[good], "camera": v.camera[good]}
+            mine = {n: p[good] for n, p in zip(SOURCES, (v.robot, v.camera), strict=True) if n in names}
             ids += [f"{done.name}-{n}" for n, g in zip(v.recording.ids, good.tolist(), strict=True) if g]
             labels += [done.name] * int(good.sum())
             parts["reference"].append(reference)
@@ -123,9 +129,9 @@ class Commissioned(VerbResult):
                     {VIEWS[0]: errors(poses, reference), VIEWS[1]: relative(poses, reference)}
                 )
         sources = {n: PoseSource(n, tuple(ids), np.concatenate(p), tuple(labels)) for n, p in parts.items()}
-        views, motions = zip(*(views_of(sources[n].poses, sources["reference"].poses) for n in SOURCES), strict=True)
+        views, motions = zip(*(views_of(sources[n].poses, sources["reference"].poses) for n in names), strict=True)
         return RigVerified(
-            reference=sources["reference"], sources=tuple(sources[n] for n in SOURCES), errors=views, motions=motions, each=each,
+            reference=sources["reference"], sources=tuple(sources[n] for n in names), errors=views, motions=motions, each=each,
             inputs=self.inputs, command=self.command,
         )  # fmt: skip
 
@@ -211,8 +217,9 @@ COLUMNS = (
 
 
 def _two(values: Array) -> tuple[float, float]:
-    """Mean and standard deviation."""
-    return float(values.mean()), float(values.std(ddof=1)) if len(values) > 1 else float("nan")
+    """Mean and standard deviation; not a number where there are too few."""
+    mean = float(values.mean()) if len(values) else float("nan")
+    return mean, float(values.std(ddof=1)) if len(values) > 1 else float("nan")
 
 
 def _pair(v: Verification) -> tuple[Array, Array]:
@@ -233,7 +240,7 @@ def commission(o: Any, watch: Watch | None = None, command: str = "") -> Commiss
     for name, stream in zip(NAMES, streams[2:], strict=False):
         tell(watch, "motion")
         rng = np.random.default_rng(stream)
-        motion, _ = power_up(world, rng)
+        motion = _switch_on(world, rng)
         motion.draws, motion.watch = o.images, watch
         reason = check_rig(motion, rng)
         if reason is None:
@@ -253,6 +260,14 @@ def commission(o: Any, watch: Watch | None = None, command: str = "") -> Commiss
     )  # fmt: skip
 
 
+def _switch_on(world: RigWorld, rng: np.random.Generator) -> RigMotion:
+    """The rig at power-up. Raises FormatError in the words of its own file: nobody has seen the robot's yet."""
+    try:
+        return power_up(world, rng)[0]
+    except FormatError as error:
+        raise error.of_file(world.spec.file.file, row=None) from None
+
+
 def _with_options(spec: CableRigSpec, o: Any) -> CableRigSpec:
     """The rig with what the command line says otherwise."""
     said = spec.model
@@ -262,6 +277,13 @@ def _with_options(spec: CableRigSpec, o: Any) -> CableRigSpec:
         said = said.model_copy(update={"lists": o.lists})
     if o.anchors is not None:
         said = said.model_copy(update={"anchors": said.anchors.model_copy(update={"known_by": o.anchors})})
+    if o.images:
+        check_family(spec)
+    if said.anchors.known_by == "beacons":
+        try:
+            gauge_of(spec.frame)
+        except ModelError as error:
+            raise error.of_file(spec.file.file, key="frame_anchors_nominal") from None
     return replace(spec, model=said)
 
 
@@ -278,8 +300,11 @@ def _one(
     recording = motion.record_list(poses, "p", rng)
     if isinstance(recording, Stop):
         return remark_of_stop(recording, motion)
-    expected = "larger markers, more of them, or another marker_seen_if"
-    require(len(recording.corners) > 0, "the camera shows no marker at any pose", key="markers", expected=expected)
+    if not recording.corners:
+        expected = "a camera that looks at them, larger markers, or another marker_seen_if"
+        raise FormatError(
+            "the camera shows no marker at any pose", file=spec.file.file, key="markers", expected=expected
+        )
     folder = Path(o.output) / name
     written += write_files(folder, list_files(world, rough.zeros, recording))
     if recording.images:
@@ -309,8 +334,14 @@ def _said(spec: CableRigSpec, done: Sequence[RigList]) -> tuple[tuple[Remark, ..
         else []
     )
     reasons = [
-        Remark.of(Code.RIG_NOT_IMPROVED, name=d.name, verdict=d.calibration.outcome.result.verdict.status)
+        Remark.of(Code.RIG_NOT_IMPROVED, name=d.name, verdict=_verdict(d))
         for d in done
         if not d.calibration.outcome.improved
     ]
     return tuple(warnings), tuple(reasons)
+
+
+def _verdict(done: RigList) -> str:
+    """The verdict of a calibration that is not trusted, in words."""
+    status = done.calibration.outcome.result.verdict.status
+    return "improved where it was measured, and nowhere else" if status == "improved" else status.replace("_", " ")

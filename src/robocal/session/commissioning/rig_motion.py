@@ -92,9 +92,9 @@ class RigMotion:
             return
         controller, state = self._running
         d = self.world.spec.model.drives
-        zeros = robot.zeros - self.first * d.drum_radius / d.gear
+        zeros = robot.zeros - robot.gain * self.first * d.drum_radius / d.gear
         new = controller.change(Prepared(robot, method="mid"), zeros)
-        seconds = float(np.abs(new.cables - state.now).max()) / MotionLimits().pace * new.period
+        seconds = float(np.abs(new.cables - state.now).max()) / MotionLimits().shift * new.period
         run = follow(new, state, self.plant, self.driven, self.home, seconds + SETTLE, wiring=self.wiring, every=EVERY)
         self._running = new, run.state
         self._note(run)
@@ -188,16 +188,16 @@ TORQUE, EFFORT = (
 def wiring_of(world: RigWorld, rng: np.random.Generator) -> Wiring:
     """What the drives of this rig are wired to; encoders count from anywhere."""
     wrong, m = world.spec.model.wrong, len(world.spec.cables)
-    winch, way, scale = np.arange(m), np.ones(m), np.ones(m)
+    winch, sign, scale = np.arange(m), np.ones(m), np.ones(m)
     if wrong.swapped is not None:
         i, j = (c - 1 for c in wrong.swapped)
         winch[[i, j]] = winch[[j, i]]
     if wrong.reversed is not None:
-        way[wrong.reversed - 1] = scale[wrong.reversed - 1] = -1.0
+        sign[wrong.reversed - 1] = scale[wrong.reversed - 1] = -1.0
     if wrong.half_count is not None:
         scale[wrong.half_count - 1] = 0.5
     zero = rng.uniform(-np.pi, np.pi, m)
-    return Wiring(scale, zero, world.spec.model.drives.counts_per_turn, winch, way)
+    return Wiring(scale, zero, world.spec.model.drives.counts_per_turn, winch, sign)
 
 
 def power_up(world: RigWorld, rng: np.random.Generator) -> tuple[RigMotion, CableFile]:

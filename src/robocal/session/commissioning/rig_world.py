@@ -39,12 +39,13 @@ DIGITS = 9
 
 @record(eq=False)
 class Belief:
-    """What the builder knows: frame anchors (m, 3), standard deviation (m, 3) of their coordinates (0: the frame is fixed there), and
-    the ranges (m, m) that told them, where beacons did."""
+    """What the builder knows: frame anchors (m, 3), standard deviation (m, 3) of their coordinates (0: the frame is fixed there), and,
+    where beacons told them, the ranges (m, m) and the covariance (3 m, 3 m) that they leave."""
 
     anchors: Array
     sigma: Array
     ranges: Array | None = None
+    covariance: Array | None = None
 
 
 @record(eq=False)
@@ -91,7 +92,7 @@ def draw_world(spec: CableRigSpec, rng: np.random.Generator) -> RigWorld:
         apart = np.linalg.norm(anchors[:, None] - anchors[None], axis=2)
         ranges = apart + rng.normal(scale=sigma, size=apart.shape)
         found, covariance = anchors_of_ranges(ranges, spec.frame, sigma)
-        belief = Belief(found, np.sqrt(np.diag(covariance)).reshape(-1, 3), ranges)
+        belief = Belief(found, np.sqrt(np.diag(covariance)).reshape(-1, 3), ranges, covariance)
     else:
         belief = Belief(spec.frame, np.full(spec.frame.shape, spread))
     lens = spec.lens.copy()
@@ -124,20 +125,24 @@ def robot_text(world: RigWorld, zeros: Array) -> str:
         f"  - {{name: {n}, frame: A{i + 1}, platform: B{i + 1}, zero: {zeros[i]:.{DIGITS}f}}}"
         for i, n in enumerate(names)
     )
-    if world.beacons:
-        held = gauge_of(spec.frame)
-        each = [(f"{n}.a{s}", held[i, k], belief.sigma[i, k]) for i, n in enumerate(names) for k, s in enumerate("xyz")]
-        free = ", ".join(["l0", *(n for n, stays, _ in each if not stays)])
-        prior = ", ".join(f"{n}: {v:.4g}" for n, stays, v in each if not stays)
+    if belief.covariance is not None:
+        # Ranges tell all anchors together: one that is far off takes its neighbours along.
+        open_ = np.flatnonzero(~gauge_of(spec.frame))
+        each = [f"{names[i // 3]}.a{'xyz'[i % 3]}" for i in open_]
+        s, free = np.sqrt(np.diag(belief.covariance))[open_], ", ".join(["l0", *each])
+        unit = belief.covariance[np.ix_(open_, open_)] / np.outer(s, s)
+        prior = ", ".join(f"{n}: {v:.{DIGITS}g}" for n, v in zip(each, s, strict=True))
+        told = f"free: [{free}], prior: {{{prior}}},\n  correlation: [{_rows(unit)}]"
     else:
-        free, prior = "ax, ay, az, l0", ", ".join(f"a{s}: {belief.sigma[0, k]:.4g}" for k, s in enumerate("xyz"))
+        prior = ", ".join(f"a{s}: {belief.sigma[0, k]:.4g}" for k, s in enumerate("xyz"))
+        told = f"free: [ax, ay, az, l0], prior: {{{prior}}}"
     low, high = spec.limits
     return (
         f"robocal: 1\nname: {quote(said.name)}\nkind: cable\nunits: {{length: m, angle: deg, force: N, mass: kg}}\n"
         f"frame_anchors:\n{points('A', belief.anchors)}\nplatform_anchors:\n{points('B', spec.platform)}\ncables:\n{cables}\n"
         f"every_cable: {{tension: [{low:g}, {high:g}], elasticity: {said.cable.elongation_per_N!r}}}\n"
         f"platform: {{mass: {said.weight_N / G:.6f}, centre_of_mass: [0, 0, 0]}}\n"
-        f"calibrate: {{free: [{free}], prior: {{{prior}}}}}\nsource: {quote(f'simulated; anchors from {how}')}\n"
+        f"calibrate: {{{told}}}\nsource: {quote(f'simulated; anchors from {how}')}\n"
     )
 
 
@@ -189,3 +194,7 @@ def lengths_at(robot: CableRobot, pose: Array, tension: Array | None = None) -> 
 
 def _row(values: Array) -> str:
     return "[" + ", ".join(f"{v:.{DIGITS}g}" for v in values) + "]"
+
+
+def _rows(values: Array) -> str:
+    return ",\n    ".join(map(_row, values))

@@ -17,6 +17,7 @@ from robocal.diagnose.drive_limits import (
     NOISE_TIMES,
     QUICK_RIPPLE,
     READING_EXPLAINS,
+    SHIFT_LEAST,
     SLOTS_NAME,
     SWEEP_EFFORT,
     TABLE_EXPLAINS,
@@ -35,14 +36,20 @@ __all__ = [
     "check_better_reading",
     "check_coverage",
     "check_electrical",
+    "check_gaps",
+    "check_lag",
     "check_motor",
     "check_reading",
     "check_share",
+    "check_sign",
+    "check_speed",
     "check_weight",
     "other_readings",
 ]
 
 FEW = 6  # grid: orders, by which another reading is tried
+SIGNED = "the effort with the sign of its direction"
+WEAK = 0.01  # grid: of the variance; of weaker orders some are noise, and share no divisor
 LEVELS = 20  # grid: a coarser effort has its largest value often by itself
 CROWD = 5  # grid: times the rows at the next value; of a round top that is told in steps it is 2.4
 LEAST_TURN = 0.9  # grid: of a turn, which another reading of the angle has to cover
@@ -58,17 +65,14 @@ def check_coverage(
     An order above half the angles of a turn appears as a lower one, and every arc that was held out agrees.
     """
     parts = [s.take(rows) for s, rows in zip(sweeps, used, strict=True)]
-    missing = min(max(p.missing[d] for d in (1, -1) if (p.direction == d).any()) for p in parts)
+    ways = {d: [p.missing[d] for p in parts if (p.direction == d).any()] for d in (1, -1)}
+    missing = max(min(m) for m in ways.values() if m)
     if missing:
         yield Remark.of(Code.DRIVE_UNDER_TURN, missing=missing), True
-    one = [p for p in parts if len(np.unique(p.direction)) < 2]
-    if len(one) == len(parts):
-        yield Remark.of(Code.DRIVE_ONE_DIRECTION, log=one[0].name), True
+    if not all(ways.values()):
+        yield Remark.of(Code.DRIVE_ONE_DIRECTION, log=parts[0].name), True
     for part in parts:
-        pace = part.median_speed
-        if not LEAST_PACE <= pace <= MOST_PACE:
-            word = "slowly" if pace < LEAST_PACE else "fast"
-            yield Remark.of(Code.DRIVE_PACE, log=part.name, speed=float(np.degrees(pace)), word=word), True
+        yield from check_speed(part)
         size = _effort_size(part)
         if size is not None:
             yield size, True
@@ -82,14 +86,45 @@ def check_coverage(
         yield Remark.of(Code.DRIVE_ORDERS_UNSEEN, places=places, highest=highest), highest < own
 
 
+def check_gaps(
+    sweeps: Sequence[Sweep], used: Sequence[Bools], orders: Sequence[int], amplitudes: Array
+) -> Iterator[Remark]:
+    """What neither direction has read, where the strongest order may rise from zero to its peak unseen.
+
+    Orders with a common divisor say the same in every part of a turn: what one part lacks others have.
+    """
+    if not len(orders):
+        return
+    each, power = np.array(orders), np.asarray(amplitudes) ** 2
+    parts, strongest = int(np.gcd.reduce(each[power > WEAK * power.sum()])), int(each[np.argmax(power)])
+    period = 2 * np.pi / parts
+    angle = np.unique(np.mod(np.concatenate([s.angle[rows] for s, rows in zip(sweeps, used, strict=True)]), period))
+    widest = float(np.diff(angle, append=angle[0] + period).max())
+    if widest > np.pi / 2 / strongest * (
+        1 + 1e-6
+    ):  # tolerance: of rounding, where an encoder has four steps in a period
+        said = float(np.degrees(period)) if parts > 1 else None
+        yield Remark.of(Code.DRIVE_ARC_UNREAD, width=float(np.degrees(widest)), period=said, order=strongest)
+
+
+def check_speed(sweep: Sweep) -> Iterator[tuple[Remark, bool]]:
+    """A pace that no sweep has, as another unit of time makes it."""
+    pace = sweep.median_speed
+    if not LEAST_PACE <= pace <= MOST_PACE:
+        word = "slowly" if pace < LEAST_PACE else "fast"
+        yield Remark.of(Code.DRIVE_PACE, log=sweep.name, speed=float(np.degrees(pace)), word=word), True
+
+
 def _effort_size(sweep: Sweep) -> Remark | None:
     """An effort that no free motor asks for, by the tenth of its rows that is farthest from their middle; None where it may be one."""
-    value = float(np.quantile(np.abs(sweep.effort - np.median(sweep.effort)), 0.9))  # grid: of the rows
+    value = (
+        float(np.quantile(np.abs(sweep.effort - np.median(sweep.effort)), 0.9)) if len(sweep) else 0.0
+    )  # grid: of the rows
     unit = sweep.unit
     if value > SWEEP_EFFORT[f"{unit} most"] and not sweep.loaded:
-        return Remark.of(Code.DRIVE_EFFORT_SIZE, log=sweep.name, value=value, unit=unit, word="much")
-    if value < SWEEP_EFFORT[f"{unit} least"]:
-        return Remark.of(Code.DRIVE_EFFORT_SIZE, log=sweep.name, value=value, unit=unit, word="little")
+        return Remark.of(Code.DRIVE_EFFORT_SIZE, log=sweep.name, value=value, unit=unit, word="much", option="--loaded")
+    if 0 < value < SWEEP_EFFORT[f"{unit} least"]:
+        return Remark.of(Code.DRIVE_EFFORT_SIZE, log=sweep.name, value=value, unit=unit, word="little", option=None)
     return None
 
 
@@ -115,6 +150,37 @@ def other_readings(sweep: Sweep) -> Iterator[tuple[str, Sweep]]:
     for words, factor in factors.items():
         yield words, _again(sweep, sweep.angle * factor, sweep.effort)
     yield "angle and effort exchanged", _again(sweep, sweep.effort, sweep.angle)
+    if _is_unsigned(sweep):
+        yield SIGNED, _again(sweep, sweep.angle, sweep.effort * sweep.direction)
+
+
+def _is_unsigned(sweep: Sweep) -> bool:
+    """Whether efforts of both directions have one sign, as the size of a current has."""
+    effort = sweep.effort[sweep.used]
+    return len(np.unique(sweep.direction[sweep.used])) > 1 and bool((effort >= 0).all() or (effort <= 0).all())
+
+
+def check_sign(sweep: Sweep) -> Remark | None:
+    """That efforts have lost their sign: with that of their direction, the curves of both directions are one. Under a weight that is larger
+    than friction they are one as they are."""
+    if not _is_unsigned(sweep):
+        return None
+    share, other = _explained(sweep), _explained(dict(other_readings(sweep))[SIGNED])
+    if other <= max(share, TABLE_EXPLAINS):
+        return None
+    return Remark.of(Code.DRIVE_OTHER_READING, change=SIGNED, other=other, share=max(share, 0.0))
+
+
+def check_lag(log: DriveLog, lag: float, share: float, other: float, by_direction: bool) -> Remark | None:
+    """That the curves of both directions lie farther apart than friction makes them, or, with phases of their own, that one says nothing of
+    the `other`: so it is where effort and angle are of different moments."""
+    far = 2 * abs(lag) > SHIFT_LEAST
+    if not far and not (by_direction and other < TABLE_EXPLAINS * share):
+        return None
+    apart = float(log.in_angle_unit(2 * abs(lag))) if far else None
+    delay = abs(lag) / max(log.sweep.median_speed, 1e-12) if far else None
+    name, unit = log.path.name, log.angle_unit
+    return Remark.of(Code.DRIVE_LAG_FAR, log=name, other=max(other, 0.0), apart=apart, unit=unit, delay=delay)
 
 
 def _again(sweep: Sweep, angle: Array, effort: Array) -> Sweep:
@@ -148,9 +214,12 @@ def _best_reading(sweep: Sweep) -> tuple[str, float]:
     return max(((words, _explained(other)) for words, other in other_readings(sweep)), key=lambda t: t[1])
 
 
-def check_better_reading(sweep: Sweep, share: float, noise_share: float) -> Remark | None:
+def check_better_reading(sweep: Sweep, share: float, noise_share: float, whole: bool) -> Remark | None:
     """The other reading that halves what this one leaves: low orders of a wrong turn explain much of a curve that its own orders explain.
-    Where noise is most of what is left, none is asked."""
+    Where noise is most of what is left, none is asked. Of a part of a turn (not `whole`) any curve is explained: another reading needs no
+    more than to explain it too."""
+    if not whole:
+        return check_reading(sweep, share)
     if 1 - share <= NOISE_TIMES * noise_share:
         return None
     words, best = _best_reading(sweep)
@@ -203,11 +272,17 @@ def check_electrical(
 
 def check_motor(orders: Sequence[int], amplitudes: Array, slots: int | None, poles: int | None) -> Iterator[Remark]:
     """Whether slots and poles fit the orders; without them, which would."""
-    guess = guess_motor(tuple(orders), amplitudes)
+    known = slots is not None and poles is not None
+    guess = guess_motor(tuple(orders), amplitudes, (None, None) if known else (slots, poles))
     if slots is None or poles is None:
         if guess is not None:
             yield Remark.of(Code.DRIVE_WINDING, slots=guess[0], poles=guess[1])
             yield _design(*guess)
+        elif slots is not None or poles is not None:
+            said = f"{slots} slots" if slots is not None else f"{poles} poles"
+            free = guess_motor(tuple(orders), amplitudes)
+            if free is not None:
+                yield Remark.of(Code.DRIVE_ONE_UNLIKE, said=said, slots=free[0], poles=free[1])
         return
     yield _design(slots, poles)
     if not len(orders):
@@ -244,6 +319,8 @@ def _gear(orders: Sequence[int], amplitudes: Array, slots: int, poles: int) -> i
         # Orders of a gear's output are multiples of its ratio; those of the motor itself are not.
         strong = power[each % times == 0].sum() / power.sum()
         lower = [n for n in (slots, poles, whole, poles // 2) if n % times]
-        if strong > READING_EXPLAINS and not any(n in orders for n in lower) and whole not in orders:
+        # An order of the output may fall on the common multiple itself: then an own order that lacks has to say so.
+        said = whole not in orders or (own == whole and lower)
+        if strong > READING_EXPLAINS and not any(n in orders for n in lower) and said:
             return times
     return 1

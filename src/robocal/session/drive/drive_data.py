@@ -3,7 +3,7 @@ arcs are groups, so that each is held out whole and in both directions."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from robocal._types import Array, Bools
 from robocal.drives.drive_sweep import Sweep, arc_of
 from robocal.measure.data import Configurations, DataSet, Observations
 
-__all__ = ["KINDS", "drive_data", "friction_free"]
+__all__ = ["KINDS", "drive_data", "friction_free", "friction_of"]
 
 KINDS = {"A": "current", "N m": "torque"}
 NUMBERS = ("offset", "coulomb", "viscous", "inertia")
@@ -50,6 +50,19 @@ def drive_data(sweeps: Sequence[Sweep], used: Sequence[Bools], free: Sequence[st
             )
         )  # fmt: skip
     return DataSet(Configurations(tuple(ids), groups=tuple(groups)), tuple(parts))
+
+
+def friction_of(values: Mapping[str, float], sweeps: Sequence[Sweep]) -> float:
+    """The Coulomb friction of a motor: that of the first log with both directions, else half of what logs of one direction differ by."""
+    known = (values.get(f"log{i + 1}.coulomb") for i in range(len(sweeps)))
+    first = next((v for v in known if v), None)
+    if first is not None:
+        return first
+    mean = {
+        d: [values.get(f"log{i + 1}.offset", 0.0) for i, s in enumerate(sweeps) if (s.direction[s.used] == d).all()]
+        for d in (1, -1)
+    }
+    return (mean[1][0] - mean[-1][0]) / 2 if all(mean.values()) else 0.0
 
 
 def friction_free(sweep: Sweep, rows: Bools) -> Array:

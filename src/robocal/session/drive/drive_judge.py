@@ -17,9 +17,12 @@ from robocal.session.drive.drive_checks import (
     check_better_reading,
     check_coverage,
     check_electrical,
+    check_gaps,
+    check_lag,
     check_motor,
     check_reading,
     check_share,
+    check_sign,
     check_weight,
 )
 from robocal.session.drive.drive_fit import MotorFit
@@ -42,9 +45,12 @@ def escape_width(sweep: Sweep, escaped: Bools) -> float:
 
 def judge_logs(
     logs: Sequence[DriveLog], sweeps: Sequence[Sweep], used: Sequence[Bools], escaped: Sequence[Bools], taken: MotorFit,
-    other_logs: Mapping[int, Explained], made: tuple[int | None, int | None], noise_share: float,
+    other_logs: Mapping[int, Explained], contradictions: Sequence[Remark], made: tuple[int | None, int | None],
+    noise_share: float, lag: float, other_way: float,
 ) -> tuple[Verdict, tuple[Remark, ...]]:  # fmt: skip
-    """The verdict with what the logs cannot tell, and what is worth knowing beside it; `noise_share` is the noise's of the variance."""
+    """The verdict with what the logs cannot tell, and what is worth knowing beside it; `contradictions` are
+    between the fitted logs, `noise_share` is the noise's of the variance, `lag` that of one curve for both directions,
+    `other_way` the share of one direction that the harmonics of the other explain."""
     known_free = any(log.load == "detached" for log in logs)
     verdict = verdict_of(taken.decision, over_range=False)
     warnings = [r for log in logs for r in log.remarks]
@@ -53,16 +59,23 @@ def judge_logs(
             verdict = _doubt(verdict, remark)
         else:
             warnings.append(remark)
+    for remark in contradictions:
+        verdict = _doubt(verdict, remark)
+    whole = all(r.code != Code.DRIVE_UNDER_TURN for r in verdict.reasons)
     share = taken.share if np.isfinite(taken.share) else 0.0
     why = check_share(logs[0], sweeps[0], share)
     if why is not None:
         other = check_reading(sweeps[0], share)
         verdict = verdict.instead("refused", other or why)
-    elif (other := check_better_reading(sweeps[0], share, noise_share)) is not None:
+    elif (other := check_sign(sweeps[0]) or check_better_reading(sweeps[0], share, noise_share, whole)) is not None:
         verdict = verdict.instead("refused", other)
     else:
         c = taken.motor.cogging
         warnings += check_motor(c.orders, c.amplitudes, *made)
+        if (far := check_lag(logs[0], lag, share, other_way, c.by_direction)) is not None:
+            verdict = _doubt(verdict, far)
+        for remark in check_gaps(sweeps, used, c.orders, c.amplitudes) if whole else ():
+            verdict = _doubt(verdict, remark)
         for remark, doubted in (
             *check_weight(c, sweeps, known_free),
             *check_electrical(sweeps[0], share, noise_share, c, made),

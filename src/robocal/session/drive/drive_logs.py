@@ -6,6 +6,8 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from robocal.errors import ModelError
 from robocal.files.drive_log import DriveLog, read_drive_logs
 
@@ -48,6 +50,11 @@ def _insist_one_motor(logs: Sequence[DriveLog]) -> None:
         raise ModelError(
             "one motor has logs of torque and of current", found=" and ".join(sorted(units)), expected="one of them"
         )
+    for i, log in enumerate(logs):
+        again = next((o for o in logs[:i] if np.array_equal(o.sweep.effort, log.sweep.effort)), None)
+        if again is not None:
+            found = f"{again.path} and {log.path}"
+            raise ModelError("two logs are the same", found=found, expected="every log once: twice it counts twice")
     known: dict[tuple[int | None, int | None], DriveLog] = {}
     for log in logs:
         known.setdefault((log.motor.slots, log.motor.poles), log)

@@ -30,6 +30,7 @@ from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark, sentences
 from robocal.report.sections import Section
 from robocal.session.drive.drive_checks import check_reading
+from robocal.session.drive.drive_data import friction_of
 from robocal.session.drive.drive_fit import (
     MotorFit,
     choose,
@@ -42,6 +43,7 @@ from robocal.session.drive.drive_fit import (
 )
 from robocal.session.drive.drive_judge import escape_width, judge_logs
 from robocal.session.drive.drive_listings import friction_listing, log_listing, other_listing, seed_listing, seed_shares
+from robocal.session.drive.log_agreement import contradictions
 from robocal.session.drive.table_share import Explained, explain
 from robocal.session.verb_base import VerdictResult
 from robocal.session.watching import computable
@@ -127,9 +129,8 @@ class IdentifiedDrive(VerdictResult):
     def slots_and_poles(self) -> tuple[int | None, int | None]:
         """As they were said, else as they were guessed."""
         motor = self.taken.motor
-        if motor.slots and motor.poles:
-            return motor.slots, motor.poles
-        return guess_motor(motor.orders, motor.cogging.amplitudes) or (None, None)
+        said = motor.slots, motor.poles
+        return said if all(said) else guess_motor(motor.orders, motor.cogging.amplitudes, said) or said
 
     @cached_property
     def orders(self) -> Listing:
@@ -265,14 +266,20 @@ def identify_logs(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, comma
     )
     table = seed_table(sweeps[0], escaped[0] | lone[0], o.degree, np.radians(o.window)) if o.method == "seed" else None
     noise = noise_of(taken.decision)
+    one_lag = tried["lag"].motor.cogging.lag if "lag" in tried else chosen.lag
     noise_share = noise**2 * float(moments.n.sum() / moments.q.sum())
-    verdict, warnings = judge_logs(logs, sweeps, used, escaped, taken, other_logs, (slots, poles), noise_share)
+    apart = tuple(contradictions([logs[i] for i in fitted], used, o.orders))
+    verdict, warnings = judge_logs(
+        logs, sweeps, used, escaped, taken, other_logs, apart, (slots, poles), noise_share, one_lag, other
+    )
     alone = [
         Remark.of(Code.DRIVE_LONE_ROWS, count=int(a.sum()), log=s.name)
         for s, a in zip(sweeps, lone, strict=True)
         if a.any()
     ]
     warnings = (*warnings, *alone)
+    if table is not None and len(np.unique(sweeps[0].direction[used[0]])) < 2 and verdict.status == "improved":
+        verdict = verdict.instead("not_improved", Remark.of(Code.DRIVE_ONE_DIRECTION, log=sweeps[0].name))
     if table is not None and table.lost.any() and verdict.status == "improved":
         lost = float(table.lost.any(axis=0).mean()) * 360
         verdict = verdict.instead("not_improved", Remark.of(Code.DRIVE_TABLE_LOST, lost=lost))
@@ -281,7 +288,7 @@ def identify_logs(o: Any, logs: tuple[DriveLog, ...], watch: Watch | None, comma
         if own < harmonics - WINDOW_LOSES:
             remark = Remark.of(Code.DRIVE_WINDOW_FLATTENS, window=float(o.window), table=own, harmonics=harmonics)
             warnings = (*warnings, remark)
-    motor_file = _motor_file(name, taken, logs, table, told.torque_constant, verdict.status)
+    motor_file = _motor_file(name, taken, logs, sweeps, table, told.torque_constant, verdict.status)
     left = _left(taken, moments.highest)
     return IdentifiedDrive(
         warnings=warnings, inputs=tuple(dict.fromkeys(f for log in logs for f in log.files)), command=command, logs=logs, fitted=fitted,
@@ -304,12 +311,13 @@ def _left(taken: MotorFit, highest: int) -> Array:
 
 
 def _motor_file(
-    name: str, taken: MotorFit, logs: Sequence[DriveLog], table: SeedTable | None, constant: float | None, verdict: str
-) -> MotorFile:
+    name: str, taken: MotorFit, logs: Sequence[DriveLog], sweeps: Sequence[Sweep], table: SeedTable | None, constant: float | None,
+    verdict: str,
+) -> MotorFile:  # fmt: skip
     values = taken.decision.values
     sigma = tuple(max(taken.sigma(p) for p in _parts(n)) for n in taken.motor.orders)
     source = "robocal drive identify " + ", ".join(log.path.name for log in logs)
-    coulomb = values.get("log1.coulomb", 0.0)
+    coulomb = friction_of(values, sweeps)
     return MotorFile(
         name, logs[0].sweep.unit, taken.motor.cogging, values.get("log1.offset", 0.0), table.coulomb if table is not None else coulomb,
         None if table is None else table.values, constant, sigma, source, verdict=verdict,

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from robocal._record import record
+from robocal.errors import ModelError
 from robocal.files.drive_tables import CompensationTable, compensation_table, table_text
 from robocal.files.motor_file import MotorFile, read_motor
 from robocal.files.parts import Document, Origin
-from robocal.files.runfolder import obstacle
 from robocal.quantities import Listing, UnitValue
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
@@ -64,11 +64,10 @@ class DriveTable(VerbResult):
 
 def find_compensation(o: Any, command: str) -> DriveTable:
     """The table of a run. Raises InputError."""
-    place = Path(o.motor)
-    wrong = obstacle(place) if place.is_dir() and not (place / "motor.yaml").exists() else None
-    if wrong is not None:
-        raise wrong
-    motor = read_motor(place)
+    motor = read_motor(Path(o.motor))
+    if motor.table is None and not motor.cogging.orders:
+        found = None if motor.file is None else str(motor.file.file)
+        raise ModelError("no cogging was found: there is nothing to compensate", key="orders", found=found)
     table = compensation_table(motor, o.format, o.cells, o.unit, o.friction, o.torque_constant)
     inputs = () if motor.file is None else (motor.file,)
     unproven = doubt_motor(motor)

@@ -11,7 +11,7 @@ import numpy as np
 
 from robocal._record import record
 from robocal._types import Bools
-from robocal.diagnose.drive_limits import FLAG_TURNS, OTHER_GAIN, SHIFT_BETTER, SHIFT_LEAST, TABLE_EXPLAINS
+from robocal.diagnose.drive_limits import FLAG_TURNS, TABLE_EXPLAINS
 from robocal.drives.drive_sweep import Sweep, escaped_rows
 from robocal.drives.motor import ECCENTRIC, GAIN, LAG, Motor, motor_of, order_names
 from robocal.drives.seed_table import table_harmonics
@@ -24,8 +24,10 @@ from robocal.quantities import Column, Listing
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Remark
 from robocal.report.sections import Section
+from robocal.session.drive.drive_checks import check_speed
 from robocal.session.drive.drive_table import doubt_motor
-from robocal.session.drive.table_share import Explained, best_shift, compensated_turns, explain
+from robocal.session.drive.foreign_log import contradiction
+from robocal.session.drive.table_share import Explained, compensated_turns, explain
 from robocal.session.verb_base import VerbResult
 from robocal.session.watching import computable
 
@@ -163,42 +165,15 @@ def _judge(
     motor: Motor, file: MotorFile, log: DriveLog, used: Bools, on: Bools, parts: Mapping[bool, Explained]
 ) -> tuple[list[Remark], list[Remark]]:
     """What is worth knowing, and why the table is not of this log's motor."""
-    warnings, reasons = list(log.remarks), list[Remark]()
-    name = log.path.name
-    whole = explain(motor, log.sweep, used) if len(parts) > 1 else next(iter(parts.values()))
-    foreign = all(e.gain < OTHER_GAIN for e in parts.values())
-    shift = best_shift(motor, log.sweep, used, file.coulomb)
-    moved = abs(shift.angle) > SHIFT_LEAST
-    if (
-        shift.share > TABLE_EXPLAINS
-        and whole.alone < SHIFT_BETTER * shift.share
-        and (shift.mirrored or shift.negative or moved or foreign)
-    ):
-        by = float(log.in_angle_unit(shift.angle))
-        share, alone, unit = shift.share, max(whole.alone, 0.0), log.angle_unit
-        if shift.negative and not shift.mirrored:
-            told = by if moved else None
-            reasons.append(Remark.of(Code.DRIVE_OTHER_SIGN, share=share, log=name, shift=told, unit=unit, alone=alone))
-        else:
-            turned, effort = "reversed" if shift.mirrored else None, "reversed" if shift.negative else None
-            reasons.append(
-                Remark.of(
-                    Code.DRIVE_OTHER_ZERO,
-                    share=share,
-                    log=name,
-                    shift=by,
-                    unit=unit,
-                    alone=alone,
-                    reversed=turned,
-                    negative=effort,
-                )
-            )
-    elif foreign:
-        reasons.append(
-            Remark.of(Code.DRIVE_OTHER_MOTOR, log=name, gain=max(whole.gain, 0.0), best=max(whole.best, 0.0))
-        )
-    elif all(e.gain > 1 / OTHER_GAIN for e in parts.values()):
-        reasons.append(Remark.of(Code.DRIVE_OTHER_GAIN, log=name, gain=whole.gain))
+    warnings, reasons = [*log.remarks], list[Remark]()
+    some = log.sweep.take(used)
+    missing = max(some.missing[d] for d in (1, -1) if (some.direction == d).any())
+    if missing:
+        warnings.append(Remark.of(Code.DRIVE_PART_COMPARED, log=log.path.name, missing=missing))
+    warnings += [r for r, _ in check_speed(some)]
+    why = contradiction(motor, file.coulomb, log, used, parts)
+    if why is not None:
+        reasons.append(why)
     elif False in parts and parts[False].best < TABLE_EXPLAINS:
         warnings.append(Remark.of(Code.DRIVE_NO_POSITION_TABLE, best=parts[False].best))
     warnings += _flags(log.sweep, on)

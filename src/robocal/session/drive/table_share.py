@@ -20,7 +20,7 @@ from robocal.estimate.least_squares import least_squares
 from robocal.measure.base import problem
 from robocal.session.drive.drive_data import NUMBERS, drive_data, friction_free
 
-__all__ = ["Explained", "Shift", "best_shift", "compensated_turns", "explain", "halves"]
+__all__ = ["Explained", "Shift", "best_shift", "compensated_turns", "explain", "halves", "share_alone"]
 
 SHIFTS = 14400  # grid: of a turn; a fortieth of a degree is 2 deg of order 72
 NEARLY = 0.02  # grid: of the variance; readings that explain the same differ by less, in the noise of their fits
@@ -66,11 +66,17 @@ def _share(effort: Array, left: Array) -> float:
     return 1 - float(np.sum((left - left.mean()) ** 2)) / total if total > 0 else float("nan")
 
 
+def share_alone(motor: Motor, sweep: Sweep, rows: Bools) -> float:
+    """The share that the motor's table explains of some rows of a log, as it is."""
+    effort = friction_free(sweep, rows)
+    return _share(effort, effort - _table(motor, sweep.take(rows)))
+
+
 def explain(motor: Motor, sweep: Sweep, rows: Bools) -> Explained:
     """What the motor's table explains of some rows of a log."""
     effort = friction_free(sweep, rows)
     some = sweep.take(rows)
-    alone = _share(effort, effort - _table(motor, some))
+    alone = share_alone(motor, sweep, rows)
     data = drive_data([sweep], [rows], NUMBERS)
     loose = motor.with_table(motor.table.with_free({LAG, GAIN}))
     made = problem(loose, data)

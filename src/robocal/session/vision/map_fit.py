@@ -42,7 +42,7 @@ from robocal.session.vision.marker_places import place_markers
 from robocal.vision.lenses import Lens
 from robocal.vision.map_gauge import move_map, project_covariance, rigid_projector
 from robocal.vision.map_start import MapStart, MarkerSights
-from robocal.vision.maps import MarkerMap
+from robocal.vision.maps import MapLens, MarkerMap
 
 __all__ = ["MapFit", "fit_map"]
 
@@ -95,7 +95,7 @@ def fit_map(
     fit = made.need_fit
     ended = least_squares(fit.problem, fit.solution.x, cost_tolerance=EXACT)
     made = replace(made, fit=replace(fit, solution=replace(fit.solution, x=ended.x, cost=ended.cost)))
-    known = _map_of(made, begun, source, edges)
+    known = _map_of(made, begun, source, edges, lens)
     displaced = measure_displaced(displaced, prior, known)
     views = se3.inverse(se3.from_vector(made.need_fit.problem.values_of(0, ended.x)[0].reshape(-1, 6)))
     seen = np.bincount(begun.pixels.target if begun.pixels.target is not None else (), minlength=len(known.names))
@@ -122,25 +122,32 @@ def _sizes_of(made: Decision[Rig], table: CornerTable, edges: EdgeErrors | None,
     return find_sizes(names, *facts, edges.scatter)
 
 
-def _map_of(made: Decision[Rig], table: CornerTable, source: str, edges: EdgeErrors | None) -> MarkerMap:
-    """The map as it was fitted, with the covariance in which no motion of all markers is counted, and that of its sizes."""
+def _map_of(made: Decision[Rig], table: CornerTable, source: str, edges: EdgeErrors | None, given: Lens) -> MarkerMap:
+    """The map as it was fitted, with the covariance in which no motion of all markers is counted, and that of its sizes and its lens."""
     obs = table.pixels
     names = [t.name for t in obs.targets]
     vector = np.array([[made.values[f"{n}.{s}"] for s in FRAME_SYMBOLS] for n in names])
     size = edges_of(table) + [made.values.get(f"{n}.{EDGE}", 0.0) for n in names]
     known = MarkerMap(tuple(names), size, vector, None, table.family, source)
     rows = [*(f"{n}.{s}" for n in names for s in FRAME_SYMBOLS), *(f"{n}.{EDGE}" for n in names)]
+    found = _lens_of(made, given)
+    rows += [f"{CAMERA}.{s}" for s in found.known]
     own = {n: i for i, n in enumerate(rows)}
     total = without_scales(made.need_fit.total)
     covariance = np.zeros((len(own), len(own)))
     told = [i for i, n in enumerate(total.names) if n in own]
     at = [own[total.names[i]] for i in told]
     covariance[np.ix_(at, at)] = total.covariance[np.ix_(told, told)]
-    count = 6 * len(names)
-    motions = project_covariance(known, covariance[:count, :count])
+    count, all_edges = 6 * len(names), slice(6 * len(names), 7 * len(names))
+    motions, project = project_covariance(known, covariance[:count, :count]), rigid_projector(known)
+    if found.known:
+        beside = covariance[:, 7 * len(names) :]
+        own_edges = None if edges is None else beside[all_edges]
+        shared = beside[7 * len(names) :], project @ beside[:count], own_edges
+        known = replace(known, lens=MapLens(found.model, found.known, given.numbers, found.numbers, *shared))
     if edges is None:
         return replace(known, covariance=motions)
-    sizes = np.hstack([covariance[count:, :count] @ rigid_projector(known).T, covariance[count:, count:]])
+    sizes = np.hstack([covariance[all_edges, :count] @ project.T, covariance[all_edges, all_edges]])
     return replace(known, covariance=motions, size_covariance=sizes, size_errors=(edges.shift, edges.scatter))
 
 

@@ -23,7 +23,7 @@ from robocal.session.vision.place_views import predict_views
 from robocal.vision.lenses import Lens
 from robocal.vision.map_gauge import project_covariance, rigid_motions, rigid_projector, take_markers
 from robocal.vision.map_views import MapViews, project_map
-from robocal.vision.maps import MarkerMap
+from robocal.vision.maps import MapLens, MarkerMap
 from robocal.vision.sheets import SQUARE
 from robocal.vision.sightings import find_islands
 
@@ -91,9 +91,9 @@ def predict_map(
     there = take_markers(known, [known.names[i] for i in np.flatnonzero(seen)])
     reference = int(seen[seen > 0].argmax())
     table = corner_table(there, cameras, sights, seen, sigma, size)
-    found, after, across = _predict(table, there, lens, reference, survey)
+    found, after = _predict(table, there, lens, reference, survey)
     views = table.keep(np.ones(len(table.pixels), dtype=bool))
-    camera = predict_views(views, found, after, cameras[shown > 0], across)
+    camera = predict_views(views, found, after, cameras[shown > 0])
     return PredictedMap(found, after, shown, seen, camera, there.names[reference])
 
 
@@ -143,8 +143,8 @@ def _join(known: MarkerMap, sights: MapViews, cameras: Array, survey: float | No
 
 def _predict(
     table: CornerTable, there: MarkerMap, lens: Lens, reference: int, survey: float | None
-) -> tuple[MarkerMap, Lens, Array]:
-    """The map with its covariance, the lens with what is left of its own, and the covariance (6M, k) between the two."""
+) -> tuple[MarkerMap, Lens]:
+    """The map with its covariance and what it shares with the lens, and the lens with what is left of its own."""
     own = None if survey is None else (survey,) * 3 + (EXPECTED[1],) * 3
     targets = tuple(
         replace(f, prior=own) if own is not None else replace(f, free=(i != reference,) * 6)
@@ -164,8 +164,9 @@ def _predict(
     after = Lens.of(lens.model, lens.numbers, lens.size, lens.known, total.covariance[np.ix_(own_lens, own_lens)])
     across = np.zeros((len(names), len(own_lens)))
     across[rows] = total.covariance[np.ix_(told, own_lens)]
-    made = replace(there, covariance=project_covariance(there, covariance))
-    return made, after, rigid_projector(there) @ across
+    shared = np.array(after.covariance), rigid_projector(there) @ across
+    through = MapLens(lens.model, lens.known, lens.numbers, after.numbers, *shared)
+    return replace(there, covariance=project_covariance(there, covariance), lens=through), after
 
 
 def _from_reference(known: MarkerMap, at: int) -> Array:

@@ -1,7 +1,8 @@
 """Photographs in a map that was established before: where the camera was, and what that may be off by.
 
-The markers of the map and the numbers of the lens have their covariances as priors, and the map as a whole stays where it is: so a
-pose's sigma holds the noise of its corners, the map and the lens. Gross rows, noise and the fit are those of every identification.
+The markers of the map and the numbers of the lens have their covariances as priors, one of both where they share errors (`map_lens`), and
+the map as a whole stays where it is: so a pose's sigma holds the noise of its corners, the map and the lens. Gross rows, noise and the fit
+are those of every identification.
 A flat set of corners, seen from far or from the front, fits two poses alike:
 
     R' = (I - 2 s s^T) R (I - 2 n n^T),   s the line of sight, n the normal of the corners' plane
@@ -32,10 +33,10 @@ from robocal.measure.base import problem as build
 from robocal.measure.data import DataSet, Frame, Observations
 from robocal.measure.machine import Rig
 from robocal.measure.pixels import EDGE, rays
-from robocal.parameters import FRAME_SYMBOLS
 from robocal.progress import Watch
 from robocal.session.vision.corner_table import CAMERA, CornerTable
 from robocal.session.vision.displaced import exclude_markers, find_displaced, most_displaced
+from robocal.session.vision.map_lens import with_lens
 from robocal.session.vision.map_prior import FIXED, MapPrior, prior_targets
 from robocal.session.vision.map_sizes import EdgeErrors, size_of_all, with_edges
 from robocal.vision.lenses import Lens
@@ -106,6 +107,7 @@ def locate_views(
     clean = sift(Rig(CAMERA), data, every, watch).data
     moved = {m.change.name: m.other for m in find_displaced(clean, prior, "none")[: most_displaced(prior)]}
     clean = with_edges(replace(table, data=exclude_markers(clean, [*moved])), edges, prior).data
+    clean = with_lens(clean, known, lens)
     noisy, x = _fit(clean)
     covariance = _local_covariance(noisy, x, uncertainty(noisy, x).covariance if noisy.n else np.zeros((0, 0)))
     inward = se3.from_vector(noisy.values_of(0, x)[0])
@@ -128,30 +130,15 @@ def locate_views(
     )  # fmt: skip
 
 
-def predict_views(
-    table: CornerTable, known: MarkerMap, lens: Lens, cameras: Array, across: Array | None = None
-) -> Array:
+def predict_views(table: CornerTable, known: MarkerMap, lens: Lens, cameras: Array) -> Array:
     """The covariance (U, 6, 6) that images in a map will have, (v, w) in map axes, of the views of a table at the truth T_map_camera
-    (U, 4, 4); `across` (6M, k) is that between the map and the lens which were found together. `locate_views` knows nothing of it:
-
-    C + A D A^T,   A = C P^-1 the part of the priors' errors that is left, P what it takes these to be, D what they have more
-    """
+    (U, 4, 4)."""
     data, *_ = _data(table, known, lens)
     start = se3.to_vector(se3.inverse(cameras))
-    problem = build(Rig(CAMERA), replace(data, configurations=replace(data.configurations, start=start)))
+    data = with_lens(replace(data, configurations=replace(data.configurations, start=start)), known, lens)
+    problem = build(Rig(CAMERA), data)
     x = problem.start
     shared = uncertainty(problem, x).covariance
-    if across is not None:
-        markers, numbers = (
-            [f"{n}.{s}" for n in known.names for s in FRAME_SYMBOLS],
-            [f"{CAMERA}.{s}" for s in lens.known],
-        )
-        at = {n: i for i, n in enumerate(problem.free)}
-        rows, mine = zip(*((at[n], i) for i, n in enumerate(markers) if n in at), strict=True)
-        more = np.zeros((problem.n, problem.n))
-        more[np.ix_(rows, [at[n] for n in numbers])] = across[list(mine)]
-        left = shared @ problem.prior_root.T @ problem.prior_root
-        shared = shared + left @ (more + more.T) @ left.T
     return _outward(se3.from_vector(problem.values_of(0, x)[0]), _local_covariance(problem, x, shared))[1]
 
 

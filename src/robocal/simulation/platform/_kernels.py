@@ -14,7 +14,19 @@ import math
 import numpy as np
 
 from robocal._jit import kernel
-from robocal.control.platform._kernels import CODE, LOST, MOVING, RUNNING, TURNING, UNFOLLOWED, UNMATCHED, control_step
+from robocal.control.layout._kernels import (
+    CODE,
+    LEFT,
+    LEFT_TURN,
+    LOST,
+    MOVING,
+    RMS,
+    RUNNING,
+    TURNING,
+    UNFOLLOWED,
+    UNMATCHED,
+)
+from robocal.control.platform._kernels import control_step
 
 
 @kernel(inline=True)
@@ -273,7 +285,8 @@ def controlled(
             sensed[c] = tension[c] if wiring[c, 5] != 0.0 else math.nan
         control_step(law, known, rows, weight, bounds, gears, tables, goal, seen, sensed, now, drum, memory, told)
         for c in range(m):
-            torque[int(wiring[c, 3])] = min(limit[c], max(-limit[c], wiring[c, 4] * told[c]))
+            of = int(wiring[c, 3])
+            torque[of] = min(limit[of], max(-limit[of], wiring[c, 4] * told[c]))
         if memory[CODE] == LOST or memory[CODE] == UNMATCHED or memory[CODE] == UNFOLLOWED:
             for c in range(m):
                 state[c, 1] = 0.0  # brakes close
@@ -289,7 +302,7 @@ def controlled(
                 row[i] = x[i]
             for i in range(12):
                 row[13 + i] = memory[i]
-            row[25], row[26], row[27] = memory[31], memory[29], memory[30]
+            row[25], row[26], row[27] = memory[RMS], memory[LEFT], memory[LEFT_TURN]
             for c in range(m):
                 row[28 + c], row[28 + m + c], row[28 + 2 * m + c] = seen[c], torque[c], tension[c]
         stands = memory[CODE] == RUNNING and memory[MOVING] == 0.0 and memory[TURNING] == 0.0

@@ -23,12 +23,13 @@ from robocal._jit import as_kernel_array
 from robocal._record import record
 from robocal._types import Array
 from robocal.cables.geometry import CableRobot
+from robocal.cables.single._kernels import rigid
 from robocal.errors import ModelError, look_up, require
 from robocal.geometry import se3, so3
 from robocal.geometry.gravity import GRAVITY
 from robocal.simulation.platform._kernels import runge_kutta, verlet
 
-__all__ = ["METHODS", "Motion", "PlatformPlant", "box_inertia", "plant_of"]
+__all__ = ["METHODS", "STIFF", "Motion", "PlatformPlant", "box_inertia", "each_number", "plant_of"]
 
 METHODS: Mapping[str, Callable[..., None]] = MappingProxyType({"verlet": verlet, "runge-kutta": runge_kutta})
 STIFF = 2.0  # tolerance: of a step times the fastest vibration; beyond, Verlet's steps grow without bound
@@ -70,11 +71,15 @@ class PlatformPlant:
 
     def still(self, pose: ArrayLike, rest: ArrayLike) -> Motion:
         """At rest at a pose (4, 4) with unstretched lengths (m,) in m. Raises ModelError for lengths that no cable has."""
-        length = np.array(np.broadcast_to(np.asarray(rest, float), (len(self.cables),)))
-        good = np.isfinite(length) & (length > 0)
-        require(bool(good.all()), "no such length of a cable", key="rest", found=length.tolist(), expected="above 0")
-        zero = np.zeros(3)
-        return self.run(Motion(np.array(pose, float), zero, zero, length, 0 * length), 0.0, 1.0)
+        length, at, zero = (
+            each_number("rest", rest, len(self.cables), "above 0").copy(),
+            as_kernel_array(pose),
+            np.zeros(3),
+        )
+        require(
+            at.shape == (4, 4) and rigid(at), "no rigid motion", key="pose", found=at.tolist(), expected="a pose (4, 4)"
+        )
+        return self.run(Motion(at.copy(), zero, zero, length, 0 * length), 0.0, 1.0)
 
     def run(
         self,
@@ -97,10 +102,16 @@ class PlatformPlant:
         period = seconds / steps if steps else step
         x = self.state(motion)
         rest, tension = as_kernel_array(motion.rest.copy()), np.empty(len(self.cables))
-        rate = as_kernel_array(np.broadcast_to(np.asarray(speed, float), rest.shape))
-        total = as_kernel_array(self.weight + np.broadcast_to(np.asarray(load, float), (6,)))
-        go(x, self.cables, self.body, self.free, total, rest, rate, tension, period, steps)
+        rate = as_kernel_array(each_number("speed", speed, len(rest), "").copy())
+        go(x, self.cables, self.body, self.free, self.total(load), rest, rate, tension, period, steps)
         return self.motion(x, rest, tension)
+
+    def total(self, load: ArrayLike) -> Array:
+        """Weight and a load (6,) beside it, N and N m. Raises ModelError for what is none."""
+        more = np.asarray(load, float)
+        good = more.shape in ((), (6,)) and bool(np.isfinite(more).all())
+        require(good, "no such load", key="load", found=more.tolist(), expected="six finite numbers, N and N m")
+        return as_kernel_array(self.weight + more)
 
     def steps(self, rest: ArrayLike, seconds: float, step: float) -> int:
         """Into how many steps of at most `step` a time is divided. Raises ModelError for no such times, and for a step that is too long."""
@@ -120,10 +131,15 @@ class PlatformPlant:
         return steps
 
     def fastest(self, rest: ArrayLike) -> float:
-        """A bound of the fastest vibration in rad/s: all cables as one spring, on the mass and on the least inertia."""
+        """A bound of the fastest vibration, and of the rate at which dampers end it, rad/s: all cables as one spring and one damper, on the
+        mass and on the least inertia."""
         stiffness = self.cables[:, 3] / np.asarray(rest, float)
+        return float(np.sqrt(self._bound(stiffness)) + self._bound(self.cables[:, 4]))
+
+    def _bound(self, each: Array) -> float:
+        """The most that springs or dampers (m,) of cables push a platform, per mass and per inertia, along any of its motions."""
         reach = (self.body[:-2] ** 2).sum(axis=1)
-        return float(np.sqrt(stiffness.sum() / self.mass + (stiffness * reach).sum() / self.inertia.min()))
+        return float(each.sum() / self.mass + (each * reach).sum() / self.inertia.min())
 
     def energy(self, motion: Motion) -> tuple[float, float, float]:
         """Energy of motion, of height and of stretch, J."""
@@ -148,7 +164,16 @@ class PlatformPlant:
         )
 
     def motion(self, x: Array, rest: Array, tension: Array) -> Motion:
-        """The motion of a kernel's state (13,)."""
+        """The motion of a kernel's state (13,). Raises ModelError where that is no motion: a cable without length, or forces that grew
+        without bound."""
+        known = bool(np.isfinite(x).all() and np.isfinite(tension).all() and (rest > 0).all())
+        require(
+            known,
+            "the motion of a plant has no end",
+            key="motion",
+            found=x.tolist(),
+            expected="cables of some length, and forces that they bear",
+        )
         turn = _rotation(x[3:7]) @ self.axes.T
         return Motion(se3.compose(turn, x[:3] - turn @ self.centre), x[7:10].copy(), x[10:].copy(), rest, tension)
 
@@ -173,8 +198,8 @@ def plant_of(
     weight = float(robot.need("mass") if mass is None else mass)
     require(0 < weight < np.inf, "no such mass", key="mass", found=weight, expected="above 0")
     given = robot.need("elasticity") if elasticity is None else elasticity
-    strain = _each("elasticity", given, m, "above 0")
-    damp = _each("damping", damping, m, "0 or more")
+    strain = each_number("elasticity", given, m, "above 0")
+    damp = each_number("damping", damping, m, "0 or more")
     known = robot.inertia if inertia is None else inertia
     full = box_inertia(robot.b, weight) if known is None else np.asarray(known, float)
     symmetric = full.shape == (3, 3) and np.allclose(full, full.T)
@@ -198,12 +223,14 @@ def plant_of(
     )
 
 
-def _each(key: str, given: ArrayLike, count: int, expected: str) -> Array:
-    """A number of every cable (m,). Raises ModelError for one that is none."""
-    values = np.broadcast_to(np.asarray(given, float), count)
-    good = np.isfinite(values) & ((values > 0) if expected == "above 0" else (values >= 0))
-    require(bool(good.all()), f"no such {key}", key=key, found=values.tolist(), expected=expected)
-    return values
+def each_number(key: str, given: ArrayLike, count: int, expected: str) -> Array:
+    """A number of every cable (m,), "above 0", "0 or more" or, with "", any finite one. Raises ModelError for one that is none."""
+    values = np.asarray(given, float)
+    many = values.shape in ((), (1,), (count,))
+    require(many, "a number of every cable, or one of all", key=key, found=values.shape, expected=(count,))
+    good = np.isfinite(values) & (values > 0 if expected == "above 0" else (values >= 0 if expected else True))
+    require(bool(good.all()), f"no such {key}", key=key, found=values.tolist(), expected=expected or "a finite number")
+    return np.broadcast_to(values, count)
 
 
 def box_inertia(points: ArrayLike, mass: float) -> Array:

@@ -20,6 +20,7 @@ from robocal._types import Array
 from robocal.control.platform.platform_controller import PlatformController, PlatformState
 from robocal.errors import require
 from robocal.simulation.platform._kernels import controlled
+from robocal.simulation.platform.platform_plant import each_number
 from robocal.simulation.platform.winch_plant import Driven, WinchPlant
 
 __all__ = ["FollowLog", "Followed", "Wiring", "follow"]
@@ -30,25 +31,32 @@ HEAD = 28
 @record(eq=False)
 class Wiring:
     """How m channels of a controller are put to the winches, a number of each or of all: what an encoder shows per turn of its motor, where
-    it shows 0 (rad), counts per turn (0: exact), the winch it is on (None: its own), the way that the motor turns (1, -1), and whether
-    its cable has a sensor of tension."""
+    it shows 0 (rad), counts per turn (0: exact), the winch it is on (None: its own), the sign of its turns (1, -1), and whether
+    its cable has a sensor of tension. Raises ModelError for numbers that no wiring has."""
 
     scale: ArrayLike = 1.0
     zero: ArrayLike = 0.0
     counts: ArrayLike = 0
     winch: ArrayLike | None = None
-    way: ArrayLike = 1.0
+    sign: ArrayLike = 1.0
     sensor: ArrayLike = False
 
     def array(self, count: int) -> Array:
         """Their numbers (m, 6) as kernels read them. Raises ModelError for winches that are not each of them once."""
         winch = np.arange(count) if self.winch is None else np.asarray(self.winch)
-        once = sorted(winch.tolist()) == list(range(count))
+        once = sorted(winch.ravel().tolist()) == list(range(count))
         require(once, "every winch has one channel", key="winch", found=winch.tolist(), expected=f"0 to {count - 1}")
-        counts = np.asarray(self.counts, float)
-        size = np.divide(2 * math.pi, counts, out=np.zeros(counts.shape), where=counts > 0)
-        columns = [self.scale, self.zero, size, winch, self.way, np.asarray(self.sensor, float)]
-        return as_kernel_array(np.column_stack([np.broadcast_to(np.asarray(c, float), count) for c in columns]))
+        scale, zero, counts = (
+            each_number(key, getattr(self, key), count, expected)
+            for key, expected in (("scale", ""), ("zero", ""), ("counts", "0 or more"))
+        )
+        sign = each_number("sign", self.sign, count, "")
+        turns = bool((np.abs(sign) == 1).all()), bool((scale != 0).all())
+        require(turns[0], "a motor turns one way or the other", key="sign", found=sign.tolist(), expected="1 or -1")
+        require(turns[1], "an encoder that shows nothing", key="scale", found=scale.tolist(), expected="not 0")
+        size = np.divide(2 * math.pi, counts, out=np.zeros(count), where=counts > 0)
+        sensor = np.broadcast_to(np.asarray(self.sensor, float), count)
+        return as_kernel_array(np.column_stack([scale, zero, size, winch, sign, sensor]))
 
     def readings(self, driven: Driven) -> Array:
         """What the encoders (m,) show, rad."""
@@ -66,7 +74,7 @@ class Wiring:
         """What the motors of the winches (m,) do when their channels are told so, N m."""
         given = np.asarray(told, float)
         out = np.empty(given.shape)
-        out[self.array(len(given))[:, 3].astype(int)] = np.asarray(self.way, float) * given
+        out[self.array(len(given))[:, 3].astype(int)] = np.asarray(self.sign, float) * given
         return out
 
 
@@ -112,22 +120,34 @@ def follow(
     """Controller and plant for so many seconds towards a goal (4, 4), or until it has stood there for `settle` s (0: to the end), or until
     brakes close. step (s): of the plant, at most; every: periods per row of the log; load (6,) beside the weight, N and N m.
 
-    Raises ModelError for times and steps that are none.
+    Raises ModelError for times and steps that are none, for a controller or a state of another robot, and for what is no load.
     """
     platform, m, period = plant.platform, len(plant.first), controller.period
-    steps = platform.steps(driven.motion.rest, period, step)
-    platform.steps(driven.motion.rest, seconds, step)
+    require(
+        len(controller.winches) == m,
+        "a controller of another robot",
+        key="cables",
+        found=len(controller.winches),
+        expected=m,
+    )
+    controller.check_state(state)
+    target = as_kernel_array(goal)
+    require(target.shape == (4, 4), "an array of another shape", key="goal", found=target.shape, expected=(4, 4))
+    require(every >= 1, "no such number of periods", key="every", found=every, expected="1 or more")
+    require(0 <= settle < math.inf, "no such time", key="settle", found=settle, expected="0 s or more")
+    steps = plant.steps(driven.motion.rest, period, step)
+    plant.steps(driven.motion.rest, seconds, step)
     ticks = round(seconds / period)
     put = wiring or Wiring()
-    new = PlatformState(state.memory.copy(), state.now.copy(), state.drum.copy())
+    new = state.copy()
     x, motors = platform.state(driven.motion), as_kernel_array(driven.motors.copy())
     tension = as_kernel_array(driven.motion.tension.copy())
     limit = as_kernel_array(np.broadcast_to(np.asarray(plant.winches.limit, float), m))
-    total = as_kernel_array(platform.weight + np.broadcast_to(np.asarray(load, float), (6,)))
+    total = platform.total(load)
     numbers, curves, first = plant.winches.array(m), plant.winches.tables(m), as_kernel_array(plant.first)
     rows = np.zeros((ticks // every, HEAD + 3 * m))
     done = controlled(
-        *controller.arrays, as_kernel_array(goal), put.array(m), new.now, new.drum, new.memory,
+        *controller.arrays, target, put.array(m), new.now, new.drum, new.memory,
         x, platform.cables, platform.body, platform.free, total, numbers, curves, first, motors, limit, tension,
         steps, ticks, round(settle / period), every, rows,
     )  # fmt: skip

@@ -20,7 +20,7 @@ from robocal._types import Array
 from robocal.drives.cogging import Cogging
 from robocal.errors import ModelError, require
 from robocal.simulation.platform._kernels import winched
-from robocal.simulation.platform.platform_plant import Motion, PlatformPlant
+from robocal.simulation.platform.platform_plant import STIFF, Motion, PlatformPlant, each_number
 
 __all__ = ["Driven", "WinchPlant", "Winches"]
 
@@ -50,10 +50,11 @@ class Winches:
     def __post_init__(self) -> None:
         for key in ("radius", "inertia", "gear", "reach", "limit"):
             values = np.asarray(getattr(self, key), float)
-            require(bool((values > 0).all()), f"no such {key}", key=key, found=values.tolist(), expected="above 0")
+            good = bool((values > 0).all() and (key == "limit" or np.isfinite(values).all()))
+            require(good, f"no such {key}", key=key, found=values.tolist(), expected="above 0")
         for key in ("growth", "coulomb", "viscous", "counts"):
             values = np.asarray(getattr(self, key), float)
-            good = bool(((values >= 0) & np.isfinite(values)).all())
+            good = bool((((values >= 0) | (key == "growth")) & np.isfinite(values)).all())
             require(good, f"no such {key}", key=key, found=values.tolist(), expected="0 or more")
 
     def array(self, count: int) -> Array:
@@ -110,11 +111,11 @@ class WinchPlant:
         """The motion so many `seconds` later at constant torques (m,) of the motors in N m, which wind cable in, in steps of at
         most `step`. Raises ModelError for no such times and for steps that are too long."""
         plant, m = self.platform, len(self.first)
-        steps = plant.steps(driven.motion.rest, seconds, step)
+        steps = self.steps(driven.motion.rest, seconds, step)
         limit = np.broadcast_to(np.asarray(self.winches.limit, float), m)
-        wanted = as_kernel_array(np.clip(np.broadcast_to(np.asarray(torque, float), m), -limit, limit))
+        wanted = as_kernel_array(np.clip(each_number("torque", torque, m, ""), -limit, limit))
         x, motors, tension = plant.state(driven.motion), as_kernel_array(driven.motors.copy()), np.empty(m)
-        total = as_kernel_array(plant.weight + np.broadcast_to(np.asarray(load, float), (6,)))
+        total = plant.total(load)
         numbers, period = self.winches.array(m), seconds / steps if steps else step
         first = as_kernel_array(self.first)
         curves = self.winches.tables(m)
@@ -123,6 +124,18 @@ class WinchPlant:
         drum = motors[:, 0] / numbers[:, 2]
         rest = self.first + drum * (numbers[:, 0] + 0.5 * numbers[:, 1] * drum)
         return Driven(plant.motion(x, rest, tension), motors)
+
+    def steps(self, rest: Array, seconds: float, step: float) -> int:
+        """As those of the platform; a motor on its cable, and its friction, may not be too fast for a step either."""
+        steps = self.platform.steps(rest, seconds, step)
+        numbers, cables = self.winches.array(len(self.first)), self.platform.cables
+        arm = (numbers[:, 0] / numbers[:, 2]) ** 2
+        spring, damper = arm * cables[:, 3] / rest, arm * cables[:, 4] + numbers[:, 6]
+        fastest = float((np.sqrt(spring / numbers[:, 3]) + damper / numbers[:, 3]).max())
+        turn, word = seconds / max(steps, 1) * fastest, "the step is too long for such light motors"
+        expected = f"below {STIFF * step / max(turn, STIFF):.2g} s"
+        require(turn < STIFF, word, key="step", found=f"{step:.3g} s", expected=expected)
+        return steps
 
     def readings(self, driven: Driven) -> Array:
         """Angles (m,) of the motors in rad, as the encoders count them."""

@@ -11,14 +11,15 @@ from robocal._types import Array
 from robocal.cables.geometry import straight
 from robocal.cables.rope import Rope, rope
 from robocal.cables.statics import gravity_wrench, structure_of
-from robocal.cables.straightness import excess_of
+from robocal.cables.straightness import excess_of, level_sag
 from robocal.cables.tension import distribute
-from robocal.diagnose.limits import LOADS_UNLIKE, STRETCH_MOST, TENSION_MASS
+from robocal.diagnose.limits import LOADS_UNLIKE, SOUND_MOST, STRETCH_MOST, TENSION_MASS
 from robocal.errors import FormatError, ModelError
 from robocal.files.cable.cablefile import CableFile
 from robocal.files.cable.pose_lists import CableList, read_platform_poses
 from robocal.files.text import InputFile
 from robocal.files.units import finite, parse_quantity
+from robocal.geometry.gravity import GRAVITY
 from robocal.progress import Watch
 from robocal.remarks.code import Code
 from robocal.remarks.remark import Quantity, Remark
@@ -65,10 +66,14 @@ def compute_straightness(o: Any, watch: Watch | None = None, command: str = "") 
         *(() if loads is None else (*loads.reading.warnings, *loads.notes)),
     ]
     tension, lost = _pulls(o, si, file, rows, poses, names)
-    longest = float(np.nanmax(straight(robot, poses)[0]))
-    if si.span is not None and not longest / LOADS_UNLIKE < si.span < longest * LOADS_UNLIKE:
-        warnings.append(Remark.of(Code.SPAN_UNLIKE, span=Quantity(float(si.span)), longest=Quantity(longest)))
-    slack = _slack(file, names, poses, tension, weight)
+    _insist_hang(file, at, si.span, weight)
+    if at is not None:
+        lost = (*lost, *_contradictions(file, at))
+    slack = (
+        *_too_light(file, ropes, tension, weight),
+        *_span(file, poses, si.span),
+        *_slack(file, names, poses, tension, weight),
+    )
     reasons = (*lost, *slack, *_overstretched(file, ropes, tension), *(() if loads is None else loads.refused))
     inputs = [*statics.robot_inputs(file, o.robot)]
     if rows is not None:
@@ -98,10 +103,13 @@ def _weight(file: CableFile, loads: Loads | None) -> Array:
     m = len(file.robot.cables)
     if loads is not None and loads.weight is not None:
         return np.full(m, max(loads.weight.parameters[0].identified, 0.0))
-    if file.robot.density is None:
-        message, expected = "the weight of the cables is not known", "every_cable: {density: ...}, or --loads with sags"
-        raise FormatError(message, file=file.path, key="every_cable.density", expected=expected)
-    return np.asarray(file.robot.density, float)
+    density = file.robot.density
+    if density is None or not np.all(np.asarray(density) > 0):
+        message = "the weight of the cables is not known" if density is None else "every cable weighs something"
+        expected = "every_cable: {density: ...}, above 0, or --loads with sags"
+        found = None if density is None else float(np.min(density))
+        raise FormatError(message, file=file.path, key="every_cable.density", found=found, expected=expected)
+    return np.asarray(density, float)
 
 
 def _ropes(file: CableFile, law: LoadFit | None, m: int) -> tuple[Rope, ...]:
@@ -123,6 +131,39 @@ def _poses(o: Any, file: CableFile) -> tuple[CableList | None, Array, tuple[str,
         return None, file.robot.home[None], ("middle of the frame",)
     rows = read_platform_poses(o.poses, file.robot)
     return rows, rows.values, rows.names
+
+
+def _insist_hang(file: CableFile, at: Array | None, span: float | None, weight: Array) -> None:
+    """Raises ModelError for tensions at which the level cable hangs by more than its span."""
+    if at is None or not len(at):
+        return
+    least = float(at.min())
+    length = float(straight(file.robot, file.robot.home[None])[0].max()) if span is None else span
+    if float(level_sag(length, least, float(weight.max()))) > length:
+        expected = f"tensions that hold a level cable of {float(file.units.length.from_si(length)):.4g} {file.units.length.name}"
+        raise ModelError("no cable hangs by more than its span", key="--at", found=f"{least:.4g} N", expected=expected)
+
+
+def _span(file: CableFile, poses: Array, span: float | None) -> tuple[Remark, ...]:
+    """Why a span is in another unit than the robot's file; none where it may be of a cable like these."""
+    longest = float(np.nanmax(straight(file.robot, poses)[0]))
+    if span is None or 1 / LOADS_UNLIKE < span / longest < LOADS_UNLIKE:
+        return ()
+    numbers = {"span": Quantity(span), "longest": Quantity(longest)}
+    return (Remark.of(Code.SPAN_UNLIKE, unit=file.units.length.name, **numbers),)
+
+
+def _too_light(file: CableFile, ropes: tuple[Rope, ...], tension: Array, weight: Array) -> tuple[Remark, ...]:
+    """The cable in which sound would run faster than in any material, sqrt(E A / (w / g)): weight or elasticity are of another unit."""
+    pull = np.nanmean(np.nan_to_num(tension), axis=0)
+    stiff = np.array([float(t / r.strain(t)) if r.strain(t) > 0 else 0.0 for r, t in zip(ropes, pull, strict=True)])
+    speed = np.sqrt(stiff * float(np.linalg.norm(GRAVITY)) / weight)
+    worst = int(speed.argmax())
+    if not speed[worst] > SOUND_MOST:
+        return ()
+    return (
+        Remark.of(Code.CABLE_TOO_LIGHT, cable=file.robot.cables[worst], speed=Quantity(float(speed[worst]), "m/s")),
+    )
 
 
 def _slack(file: CableFile, names: tuple[str, ...], poses: Array, tension: Array, weight: Array) -> tuple[Remark, ...]:

@@ -59,9 +59,11 @@ class Options(BaseOptions):
         choices=("auto", "lag", "directions"),
     )  # fmt: skip
     eccentric: bool = option(OWN.eccentric, "The encoder may be off its centre: two numbers in place of sidebands")
-    slots: int | None = option(OWN.slots, "Slots of the motor", "N", least=1, otherwise="as the data file says")
+    slots: int | None = option(
+        OWN.slots, "Slots of the motor", "N", least=1, most=1000, otherwise="as the data file says"
+    )
     poles: int | None = option(
-        OWN.poles, "Poles of the motor, two for each pair", "N", least=2, otherwise="as the data file says"
+        OWN.poles, "Poles of the motor, two for each pair", "N", least=2, most=1000, otherwise="as the data file says"
     )
     method: str = option(
         OWN.method,
