@@ -154,42 +154,52 @@ def _search(task: _Task, start: ArrayLike | None, restarts: int) -> Reached:
 
 def _descend(task: _Task, q: Array, which: Ints) -> tuple[Array, Array, Array, Array]:
     """Levenberg-Marquardt from q (k, n) for targets `which` (k,): q, cost, position error and angle, each with k
-    rows."""
-    n = q.shape[1]
+    rows. Of several starts of a target those behind one that reached it go no further."""
     r, j, position, angle = task.evaluate(q, which)
     cost = 0.5 * np.einsum("kd,kd->k", r, r)
     # Of the rows that go on: which they are, where they stand, r, J and damping; only their numbers are moved.
     active, here, lam = np.arange(len(q)), q.copy(), np.full(len(q), 1e-2)
+    first = np.full(len(task.point), len(q))  # of every target, the first row that reached it
     for _ in range(ITERATIONS):
-        going = ((position[active] > TOLERANCE[0]) | (angle[active] > TOLERANCE[1])) & (lam < 1e10)
+        reached = (position[active] <= TOLERANCE[0]) & (angle[active] <= TOLERANCE[1])
+        np.minimum.at(first, which[active[reached]], active[reached])
+        going = ~reached & (lam < 1e10) & (active < first[which[active]])
         if not going.all():
             active, here, r, j, lam = active[going], here[going], r[going], j[going], lam[going]
         if not len(active):
             break
-        jt = np.swapaxes(j, 1, 2)
-        g = (jt @ r[..., None])[..., 0]
-        a = jt @ j
-        held = ((here <= task.low) & (g > 0)) | ((here >= task.high) & (g < 0))
-        diagonal = np.einsum("kii->ki", a)
-        damp = lam[:, None] * (diagonal + 1e-3 * diagonal.mean(axis=1, keepdims=True) + 1e-300)
-        if held.any():
-            a = np.where(held[:, :, None] | held[:, None, :], 0.0, a)
-            damp, g = np.where(held, 1.0, damp), np.where(held, 0.0, g)
-        a[:, np.arange(n), np.arange(n)] += damp
-        step = -np.linalg.solve(a, g[..., None])[..., 0]
-        step *= np.minimum(1.0, LONGEST / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-300))
+        step = _step(task, here, r, j, lam)
         new = np.clip(here + step, task.low, task.high)
         r2, j2, position2, angle2 = task.evaluate(new, which[active])
         cost2 = 0.5 * np.einsum("kd,kd->k", r2, r2)
         lower = cost2 < cost[active]
         lam = np.where(lower, np.maximum(lam * 0.1, 1e-12), 8.0 * lam)
         if lower.all():
-            at, here, r, j = active, new, r2, j2
+            at = active
+            q[at], cost[at], position[at], angle[at] = new, cost2, position2, angle2
         else:
-            at = active[lower]
-            here[lower], r[lower], j[lower] = new[lower], r2[lower], j2[lower]
-        q[at], cost[at], position[at], angle[at] = new[lower], cost2[lower], position2[lower], angle2[lower]
+            at, back = active[lower], np.flatnonzero(~lower)
+            q[at], cost[at], position[at], angle[at] = new[lower], cost2[lower], position2[lower], angle2[lower]
+            new[back], r2[back], j2[back] = here[back], r[back], j[back]
+        here, r, j = new, r2, j2
     return q, cost, position, angle
+
+
+def _step(task: _Task, q: Array, r: Array, j: Array, lam: Array) -> Array:
+    """The damped step (k, n), in which no joint leaves its limit, shortened where it is long."""
+    jt = np.swapaxes(j, 1, 2)
+    g = (jt @ r[..., None])[..., 0]
+    a = jt @ j.copy()  # of a matrix and its own transpose numpy makes a slower product
+    diagonal = np.einsum("kii->ki", a)  # a view
+    damp = lam[:, None] * (diagonal + 1e-3 * diagonal.mean(axis=1, keepdims=True) + 1e-300)
+    held = ((q <= task.low) & (g > 0)) | ((q >= task.high) & (g < 0))
+    if len(some := np.flatnonzero(held.any(axis=1))):
+        still = held[some]
+        a[some] = np.where(still[:, :, None] | still[:, None, :], 0.0, a[some])
+        damp[held], g[held] = 1.0, 0.0
+    diagonal += damp
+    step = -np.linalg.solve(a, g[..., None])[..., 0]
+    return np.asarray(step * np.minimum(1.0, LONGEST / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-300)))
 
 
 STEPS = 40

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from robocal._record import record, replace
 from robocal._types import Array, Ints
 from robocal.diagnose import limits
-from robocal.estimate.elimination import beside_blocks
+from robocal.estimate.elimination import TOGETHER, beside_blocks
 from robocal.estimate.problem import Problem
 from robocal.measure.data import DataSet
 from robocal.measure.machine import Model
@@ -93,15 +93,12 @@ class FrameSearch:
             x, xh = np.zeros((2, count, k, n))
             typical = float(np.median(many[seen])) if len(seen) else 0.0
             self.units[name] = FrameSums(np.zeros((count, k)), np.zeros((count, k, k)), x, xh, seen, typical >= k)
-        whole = np.zeros((left.shape[1],) * 2)
-        for i in range(count):
-            mine = left[order[ends[i] : ends[i + 1]]]
-            products = mine.T @ mine  # once for all that a view shows
-            whole += products
+        whole = left.T @ left
+        for views, rows in _by_view(left[order], ends):
             for name, u in self.units.items():
-                if rows_of[name][i]:
-                    own = products[columns[name]]
-                    u.g[i], u.a[i], u.x[i] = own[:, -1], own[:, columns[name]], own[:, at]
+                seen = np.flatnonzero(rows_of[name][views])
+                own, i = np.swapaxes(rows[seen][..., columns[name]], 1, 2) @ rows[seen], views[seen]
+                u.g[i], u.a[i], u.x[i] = own[..., -1], own[..., columns[name]], own[..., at]
         a = whole[np.ix_(at, at)] + np.diag(_informs(problem))
         scale = np.sqrt(np.where(np.diag(a) > 0, np.diag(a), 1.0))
         self.h = np.linalg.pinv(a / scale[:, None] / scale, rcond=1e-12, hermitian=True) / scale[:, None] / scale
@@ -145,6 +142,18 @@ class FrameSearch:
                 return True
             width *= 2
         return False
+
+
+def _by_view(rows: Array, ends: Ints) -> Iterator[tuple[Ints, Array]]:
+    """Configurations (b,) with as many rows, some at a time, and their rows (b, k, n), of rows (N, n) in the order of configurations;
+    `ends` (U + 1,) is where each begins."""
+    counts = np.diff(ends)
+    for k in np.unique(counts[counts > 0]):
+        views = np.flatnonzero(counts == k)
+        step = max(1, TOGETHER // (k * rows.shape[1]))
+        for first in range(0, len(views), step):
+            some = views[first : first + step]
+            yield some, rows[ends[some][:, None] + np.arange(k)]
 
 
 def _informs(problem: Problem) -> Array:

@@ -82,9 +82,10 @@ class _StepSearch:
 
     @property
     def worthwhile(self) -> bool:
-        """Whether there are frames to ask, and not too many numbers."""
-        wide = self.problem.n + 6 * len(self.frames)
-        return bool(self.frames) and int(self.problem.numbers.sum()) * wide <= DENSE
+        """Whether there are frames to ask, a configuration that tells all numbers of one or of a zero, and not too many numbers."""
+        wide, told = self.problem.n + 6 * len(self.frames), self.problem.numbers
+        least = min(map(len, (*self.frames.values(), *self.zeros.values())), default=0)
+        return bool(self.frames) and int(told.max(initial=0)) >= least and int(told.sum()) * wide <= DENSE
 
     def find(self) -> Iterator[FrameStep]:
         """Steps one by one, each in the data that have those before."""

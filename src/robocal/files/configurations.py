@@ -3,6 +3,8 @@ one of each row."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from robocal._record import record, replace
@@ -42,6 +44,24 @@ class Places:
 
 
 @record
+class JointColumns:
+    """The columns of a table that hold joint values, and what takes their units to rad and m (n,); `angle` is the unit of angles."""
+
+    table: CsvTable
+    columns: Sequence[str | int]
+    factors: Array
+    angle: Unit
+
+    def values(self) -> Array:
+        """Joint values (k, n) in rad or m."""
+        return self.table.numbers(self.columns) * self.factors
+
+    def digits(self) -> Array:
+        """What one unit in the last digit means, (k, n)."""
+        return self.table.digits(self.columns) * self.factors
+
+
+@record
 class RowReader:
     """Reads the rows of a table for a machine, as its data file describes them. Raises FormatError."""
 
@@ -50,8 +70,8 @@ class RowReader:
     machine: Model
     document: YamlDocument
 
-    def joints(self, given: JointsModel, key: str) -> tuple[Array, Unit, Array]:
-        """Joint values (k, n) in rad or m, the unit of the angles, and what one unit in the last digit means (k, n)."""
+    def joints(self, given: JointsModel, key: str) -> JointColumns:
+        """Where the joint values stand, and in which units."""
         table, document, joints = self.table, self.document, joints_of(self.machine)
         n, unit = len(joints), given.unit
         columns = joint_columns(table, self.machine) if given.columns is None else given.columns
@@ -64,7 +84,7 @@ class RowReader:
         units = column_units(table, columns, unit, si, document, (key,))
         angle = next((u for u in units if u.si == "rad"), UNITS["rad"])
         factors = np.array([u.factor for u in units])
-        return table.numbers(columns) * factors, angle, table.digits(columns) * factors
+        return JointColumns(table, columns, factors, angle)
 
     def row_names(self) -> tuple[str, ...]:
         """What rows are called that have no id, by the lines on which they stand."""
@@ -119,12 +139,13 @@ class RowReader:
 def read_configurations(reader: RowReader) -> Places:
     """Rows with the same id are the same configuration. Raises FormatError."""
     model, table = reader.model, reader.table
-    q, angle, digits = reader.joints(model.joints, "joints")
+    joints = reader.joints(model.joints, "joints")
+    q, angle = joints.values(), joints.angle
     columns, groups = reader.recorded()
     stated = model.configuration.get("id")
     ids = reader.row_names() if stated is None else table.texts(stated.column)
     start = _known_poses(reader)
-    given, every = Configurations(ids, q, columns, start, groups, digits), np.arange(len(table))
+    given, every = Configurations(ids, q, columns, start, groups, joints.digits()), np.arange(len(table))
     second = getattr(model, "second", None)
     if second is None:
         made, index = _merge(given, table, every)
@@ -138,10 +159,11 @@ def read_configurations(reader: RowReader) -> Places:
         made, index = _merge(given, table, every)
         other, measuring = _second_rows(second, table, made, index)
         return Places(made, index, other, q, measuring, angle)
-    q2, _, digits2 = reader.joints(_second_joints(second, reader), "second")
+    joints = reader.joints(_second_joints(second, reader), "second")
+    q2 = joints.values()
     ids2 = tuple(f"{i}:second" for i in reader.row_names()) if second.id is None else table.texts(second.id.column)
     shared = {k: v for k, v in columns.items() if k in SHARED}
-    both = given + Configurations(ids2, q2, shared, groups=groups, digits=digits2)
+    both = given + Configurations(ids2, q2, shared, groups=groups, digits=joints.digits())
     made, index = _merge(both, table, np.concatenate([every, every]))
     return Places(made, index[: len(q)], index[len(q) :], q, every, angle)
 

@@ -164,11 +164,15 @@ def _cells(values: list[Any], column: Column) -> list[str]:
     text = _written(values, min(column.digits, 15))
     cells = text.split()
     if "e" in text or "n" in text or "-0 " in text:
-        cells = [
-            "" if c == "nan" else _cell(v, column) if "e" in c or "n" in c or c == "-0" else c
-            for v, c in zip(values, cells, strict=True)
-        ]
+        # A point and no large exponent: the cell stands as it is.
+        cells = [c if "." in c and "+" not in c else _unusual(v, c, column) for v, c in zip(values, cells, strict=True)]
     return cells
+
+
+def _unusual(value: float, text: str, column: Column) -> str:
+    if text == "nan":
+        return ""
+    return _cell(value, column) if "e" in text or "n" in text or text == "-0" else text
 
 
 def _written(values: list[float], digits: int) -> str:

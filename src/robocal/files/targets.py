@@ -152,7 +152,8 @@ def _joints(reader: RowReader, *, needed: bool) -> tuple[Array | None, Unit | No
                 expected = f"x [mm], y [mm], z [mm], or joint columns: {error.expected}"
                 raise reader.table.fail("there are no targets", found=error.found, expected=expected) from None
             return None, None
-    return reader.joints(given, "joints")[:2]
+    read = reader.joints(given, "joints")
+    return read.values(), read.angle
 
 
 def compensation_listing(

@@ -194,7 +194,7 @@ def _within(folder: Path, arm: Robot, chain: Chain, made: Compensation, file: Ta
     known = knowledge_of(folder, arm.chain.table)
     motion = None if known.placed else shape_motion(replace(arm, chain=chain), known)[0]
     extra = {k: v[some] for k, v in file.targets.extra.items()}
-    found = predict(chain, made.joints[some], known.total, {**known.conditions, **extra}, motion)
+    found = predict(chain, made.joints[some], known.total, {**known.conditions, **extra}, motion, turn=False)
     out = np.full(len(made.status), np.nan)
     out[some] = radius(found.position + known.noise.get("m", 0.0) ** 2 * np.eye(3), known.total.dof)
     return out
