@@ -98,7 +98,7 @@ def test_two_mistakes_at_once_have_no_name(tmp_path):
 
 # obeys: rig-infeasible
 def test_limits_that_hold_nothing(tmp_path):
-    assert look(tmp_path, tensions={"limits_N": [70.0, 75.0]})[0].code == Code.RIG_INFEASIBLE
+    assert look(tmp_path, tensions={"limits_N": [70.0, 75.0], "preferred_N": 72.0})[0].code == Code.RIG_INFEASIBLE
 
 
 # obeys: rig-stopped

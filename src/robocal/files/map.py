@@ -232,7 +232,7 @@ def _json_text(known: MarkerMap, beside: str) -> str:
     if known.size_errors is not None:
         parts |= {"size_sigma": known.size_errors[0], "size_scatter": 100 * known.size_errors[1]}
     if (lens := known.lens) is not None:
-        parts["lens"] = {"model": lens.model, "known": lens.known, "given": lens.before, "found": lens.after}
+        parts["lens"] = {"model": lens.model, "known": lens.known, "given": lens.before, "after": lens.after}
     parts |= {"covariance": known.joint, "source": known.source}
     return json_text({k: v for k, v in parts.items() if v is not None})
 
