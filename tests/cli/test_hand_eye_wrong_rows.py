@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -228,13 +227,3 @@ def test_half_of_the_poses_in_another_unit(tmp_path):
     told[6:, :3, 3] *= 1000
     said, status = hand_eye(*cell(tmp_path, made, told))
     assert status == 3 and said["verdict"]["status"] in ("refused", "not_improved")
-
-
-def test_a_list_of_poses_with_decimal_commas(tmp_path):
-    """No data file can announce them here: the mend is in the list."""
-    made = world(11, count=6)
-    words = cell(tmp_path, made, made.told)
-    place = Path(words[1])
-    place.write_text(place.read_text().replace(",", ";").replace(".", ","))
-    ran = robocal("vision", "hand-eye", *words)
-    assert ran.status == 2 and "expected a decimal point" in ran.err and "data file" not in ran.err
